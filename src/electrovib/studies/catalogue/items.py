@@ -234,6 +234,7 @@ def paper_items(*, own: bool = False) -> Iterator[Listed]:
         if own and not is_own(module):
             continue
         unread = plain_text(getattr(module, "NOT_READ", ""))
+        runs = hasattr(module, "scenarios") or hasattr(module, "skins")
         yield Listed(
             name=name,
             kind="paper",
@@ -242,7 +243,7 @@ def paper_items(*, own: bool = False) -> Iterator[Listed]:
             paper=name,
             status=getattr(module, "STATUS", ""),
             checks=len(_checks(module)),
-            runnable=f"not: {unread}" if _not_runnable(module) else "yes",
+            runnable="yes" if runs or not unread else f"not: {unread}",
             thing=module,
             texts={"citation": module.CITATION, "claims": module.__doc__ or "", "not read": unread},
         )
@@ -257,14 +258,6 @@ def _title(module: ModuleType) -> str:
 
 def _checks(module: ModuleType) -> tuple[Any, ...]:
     return tuple(getattr(module, "CHECKS", ()))
-
-
-def _not_runnable(module: ModuleType) -> bool:
-    return (
-        not hasattr(module, "scenarios")
-        and not hasattr(module, "skins")
-        and bool(getattr(module, "NOT_READ", ""))
-    )
 
 
 def _library() -> Iterator[Listed]:

@@ -28,14 +28,7 @@ from electrovib.scenario import Scenario, Source, TimeGrid, read_part, read_scen
 from electrovib.solve.diagnostics import judge
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
-from electrovib.studies.check import result
-from electrovib.studies.check.amplifier import (
-    LARGEST,
-    asked_numbers,
-    asked_rows,
-    slew_rows,
-    without_its_limits,
-)
+from electrovib.studies.check import amplifier, result
 from electrovib.studies.check.result import CheckResult, CheckRow, DeclaredLimit, LimitsSource
 
 _OWN_DRIVE = "the drive of the scenario"
@@ -107,12 +100,12 @@ def checked(
         duration=values.end,
         rows=(
             *_rows(scenario, values, declared),
-            *asked_rows(scenario, asked),
-            *slew_rows(scenario, asked),
+            *amplifier.asked_rows(scenario, asked),
+            *amplifier.slew_rows(scenario, asked),
             *_rest_rows(scenario, values.end),
         ),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
-        numbers=(*_numbers(values, declared), *asked_numbers(asked)),
+        numbers=(*_numbers(values, declared), *amplifier.asked_numbers(asked)),
         notes=_notes(scenario, values.end),
         scenario=scenario,
     )
@@ -257,12 +250,12 @@ def _numbers(values: CheckedValues, declared: Mapping[str, DeclaredLimit]) -> tu
 
 
 def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:
-    amplifier = scenario.circuit.amplifier
+    supply = scenario.circuit.amplifier
     notes = ["Values are those of the model; a value at exactly its limit passes. No value is clipped."]
     if scenario.drive.duration > end * (1 + 1e-9):
         checked_to, lasts = (format_quantity(each, "s", digits=4) for each in (end, scenario.drive.duration))
         notes.append(f"Checked up to {checked_to} (time.duration) only; the drive lasts {lasts}.")
-    if amplifier is None or amplifier.stray_capacitance == 0:
+    if supply is None or supply.stray_capacitance == 0:
         notes.append(
             "No stray capacitance of plate and cable is declared (circuit.amplifier.stray_capacitance): the current that"
             " charges it is missing, so the current and the stored energy of the real set-up are larger."
@@ -390,7 +383,7 @@ def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedV
 
 def asked_values(scenario: Scenario, values: CheckedValues | None = None) -> CheckedValues:
     """Return what the drive asks of the amplifier: the `values` of a run whose amplifier has no largest voltage and current."""
-    free = without_its_limits(scenario, LARGEST)
+    free = amplifier.without_its_limits(scenario, amplifier.LARGEST)
     if free is scenario and values is not None:
         return values
     return checked_values(free, mean_squares=values is not None)

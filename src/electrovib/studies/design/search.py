@@ -397,7 +397,7 @@ def inside_band(
     found: list[tuple[float, float]] = []
     for before, after in itertools.pairwise(points):
         crossed = [
-            _passed(compute, before, after, level)
+            (crossing(lambda at, level=level: compute(at) - level, before[0], after[0]), level)
             for level in (low, high)
             if (before[1] - level) * (after[1] - level) < 0
         ]
@@ -409,7 +409,3 @@ def inside_band(
             else:
                 found.append((start, end))
     return found
-
-
-def _passed(compute: Callable[[float], float], before: Point, after: Point, level: float) -> Point:
-    return crossing(lambda at: compute(at) - level, before[0], after[0]), level

@@ -9,17 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    StrictFloat,
-    StrictStr,
-    ValidationError,
-    ValidationInfo,
-    WrapValidator,
-    field_validator,
-)
+import pydantic
+from pydantic import BaseModel, ConfigDict, Field, StrictFloat, StrictStr, ValidationError
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.discovery import paper_folders
@@ -30,7 +21,7 @@ from electrovib.scenario.toml import SCHEMA
 from electrovib.studies.evidence.measurement import BOUNDS, DATA, HOW, SPREADS
 
 
-def _expected(what: str) -> WrapValidator:
+def _expected(what: str) -> pydantic.WrapValidator:
     """Say in one sentence what is expected where several types are allowed."""
 
     def read(value: Any, handler: Any) -> Any:
@@ -39,7 +30,7 @@ def _expected(what: str) -> WrapValidator:
         except ValidationError:
             raise PydanticCustomError("expected", "expected {what}", {"what": what}) from None
 
-    return WrapValidator(read)
+    return pydantic.WrapValidator(read)
 
 
 Number = Annotated[StrictFloat | StrictStr, _expected("a number in SI, or a text with a unit")]
@@ -130,9 +121,9 @@ class Entries(BaseModel):
     cause: str = ""
     """of what no candidate reaches: likely cause, and the experiment that would decide"""
 
-    @field_validator("values", "spread", "at", "over", "unit")
+    @pydantic.field_validator("values", "spread", "at", "over", "unit")
     @classmethod
-    def _needed(cls, value: Any, info: ValidationInfo) -> Any:
+    def _needed(cls, value: Any, info: pydantic.ValidationInfo) -> Any:
         """Refuse an entry that is missing because of those before it; the context has the columns of a table of points."""
         columns, name = info.context, str(info.field_name)
         given = {key for key, each in info.data.items() if each not in ("", [])}

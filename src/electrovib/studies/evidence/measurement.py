@@ -122,33 +122,21 @@ class Measurement:
         """Refuse a measurement that cannot be scored: all mistakes at once."""
         counts = [len(self.values), len(self.spread), len(self.at) if self.over else 1]
         numbers = np.array([*self.values, *self.spread])
-        wrong_numbers = numbers[~((numbers > 0) & np.isfinite(numbers))]
-        problems = [
-            message
-            for wrong, message in (
-                (
-                    len(set(counts)) != 1 or not self.values,
-                    "values, spread and at need one number for each point; they have {}, {} and {}".format(
-                        *counts
-                    ),
-                ),
-                (
-                    wrong_numbers.size,
-                    f"values and spread are positive numbers, unlike {[*wrong_numbers, 0][0]:g}",
-                ),
-                (self.bound not in BOUNDS, f"bound = '{self.bound}': '{AT_LEAST}' or '{AT_MOST}', or none"),
-                (self.how not in HOW, f"how = '{self.how}': one of {', '.join(HOW)}"),
-                (
-                    self.spread_of not in SPREADS,
-                    f"spread_of = '{self.spread_of}': one of {', '.join(SPREADS)}",
-                ),
-                (
-                    self.status not in STATUSES or self.status in {UNVERIFIED, "derived"},
-                    f"status = '{self.status}': a measurement was read, it is neither derived nor cited from memory",
-                ),
-            )
-            if wrong
-        ]
+        wrong = numbers[~((numbers > 0) & np.isfinite(numbers))].tolist()
+        problems = list[str]()
+        if len(set(counts)) != 1 or not self.values:
+            each = "values, spread and at need one number for each point; they have {}, {} and {}"
+            problems.append(each.format(*counts))
+        if wrong:
+            problems.append(f"values and spread are positive numbers, unlike {wrong[0]:g}")
+        if self.bound not in BOUNDS:
+            problems.append(f"bound = '{self.bound}': '{AT_LEAST}' or '{AT_MOST}', or none")
+        for name, known in (("how", HOW), ("spread_of", SPREADS)):
+            if (given := getattr(self, name)) not in known:
+                problems.append(f"{name} = '{given}': one of {', '.join(known)}")
+        if self.status not in STATUSES or self.status in {UNVERIFIED, "derived"}:
+            why = "a measurement was read, it is neither derived nor cited from memory"
+            problems.append(f"status = '{self.status}': {why}")
         problems += _calibration_problems(self)
         with gathered(problems):
             if not callable(self.quantity):

@@ -76,6 +76,7 @@ class ExperimentPlan(Answer):
     @property
     def document(self) -> Document:
         """The best experiment, the others, and the odds over the repeats."""
+        unit = read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
         return Document(
             title=f"Which experiment tells {' from '.join(self.laws)}",
             sentences=self._sentences,
@@ -84,17 +85,13 @@ class ExperimentPlan(Answer):
             figures=[self._figure],
             remarks=[
                 f"Measured: {self.quantity}, with a deviation of {100 * self.noise[0]:.3g} % and"
-                f" {format_quantity(self.noise[1], self._unit, digits=3)} in each repeat. What the space leaves open is the same"
+                f" {format_quantity(self.noise[1], unit, digits=3)} in each repeat. What the space leaves open is the same"
                 " in all repeats. Odds are expected over the space and the noise, for the law that needs more."
             ],
             pages=[Table("Left out", ("point", "why"), tuple(self.left_out.items()), folded=True)]
             if self.left_out
             else [],
         )
-
-    @property
-    def _unit(self) -> str:
-        return read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
 
     @property
     def _sentences(self) -> list[str]:

@@ -188,7 +188,7 @@ class Evidence(Answer):
         return (
             f"{each.measurement} ({of.title}): the best, {each.model}, gives {_rounded(each.ratio)} of what was measured"
             f" ({_rounded(each.low)} to {_rounded(each.high)}) and covers {100 * each.covered:.0f} %"
-            f" of {_points(len(of.values))}."
+            f" of {'its value' if len(of.values) == 1 else f'its {len(of.values)} values'}."
             f"{' ' if of.cause else ''}{of.cause}"
         )
 
@@ -411,10 +411,6 @@ def nobody(refused: Mapping[str, str]) -> str:
 def _rounded(value: float, *, digits: int = 2) -> str:
     """Write 160 and not 1.6e+02."""
     return f"{float(f'{value:.{digits}g}'):g}"
-
-
-def _points(count: int) -> str:
-    return "its value" if count == 1 else f"its {count} values"
 
 
 def _number(value: float) -> str:

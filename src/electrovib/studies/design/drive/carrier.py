@@ -66,7 +66,12 @@ def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
     section = behind_amplifier(scenario, phasors(scenario, axis))
     first, later = (mean_force(scenario, section, amplitude=probe) / probe**2 for probe in _PROBES)
     if np.any(np.abs(later - first) > _SAME * np.abs(first)):
-        raise _not_of_second_degree(scenario)
+        contact, law = type(scenario.contact).__name__, type(scenario.force).__name__
+        raise InputError(
+            f"the force of {law} on {contact} is not proportional to the square of the drive"
+            f" ({_PROBES[0]:g} and {_PROBES[1]:g} compared), so it has no gain; use contact.model = 'FixedArea' and a law of"
+            " second degree"
+        )
     amplifier, area = scenario.circuit.amplifier, scenario.contact_area
     body = np.abs(section.current_density * area)
     if scenario.drive.quantity == "current":
@@ -107,16 +112,6 @@ def refuse_nonlinear(scenario: Scenario) -> None:
             " omit the renewal of the film"
         )
     refuse(problems)
-
-
-def _not_of_second_degree(scenario: Scenario) -> InputError:
-    """Return the error for a force that is not proportional to the square of the drive."""
-    contact, law = type(scenario.contact).__name__, type(scenario.force).__name__
-    return InputError(
-        f"the force of {law} on {contact} is not proportional to the square of the drive"
-        f" ({_PROBES[0]:g} and {_PROBES[1]:g} compared), so it has no gain; use contact.model = 'FixedArea' and a law of"
-        " second degree"
-    )
 
 
 SENSE: Final = 1e3

@@ -15,7 +15,6 @@ from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -101,7 +100,12 @@ def drive_for_force(
     if method == "dc" and frequency is not None:
         raise InputError("method 'dc' has no carrier; omit it, or take another method", path="carrier")
     bounds = Bounds.of(base, limits)
-    own = base.model_copy(update={"drive": _quantity(method)})
+    prescribed = (
+        CurrentSine(amplitude=1e-6, frequency=1e3)
+        if method == "current"
+        else Sine(amplitude=1.0, frequency=1e3)
+    )
+    own = base.model_copy(update={"drive": prescribed})  # which the design replaces
     linear = without_its_limits(own, LARGEST)
     if method == "dc":
         found = design_direct(linear, wanted, bounds, rate=samples)
@@ -128,13 +132,6 @@ def _predicted(played: Played, found: FoundDrive) -> Real:
     width = round(float(edges[1] - edges[0]) * played.rate)
     first = round(float(edges[0]) * played.rate)
     return played.means(played.force(found.values), first, len(edges) - 1, width)
-
-
-def _quantity(method: str) -> Drive:
-    """Return a drive of the quantity that a method prescribes; it is replaced by the design."""
-    if method == "current":
-        return CurrentSine(amplitude=1e-6, frequency=1e3)
-    return Sine(amplitude=1.0, frequency=1e3)
 
 
 TRACKED: Final = 0.01
