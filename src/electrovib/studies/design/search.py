@@ -10,13 +10,15 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.errors import ElectrovibError
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
 
 PER_DECADE: Final = 4
 """Values in a decade of a range that spans decades."""
@@ -397,7 +399,7 @@ def inside_band(
     found: list[tuple[float, float]] = []
     for before, after in itertools.pairwise(points):
         crossed = [
-            (crossing(lambda at, level=level: compute(at) - level, before[0], after[0]), level)
+            _passed(compute, before, after, level)
             for level in (low, high)
             if (before[1] - level) * (after[1] - level) < 0
         ]
@@ -409,3 +411,7 @@ def inside_band(
             else:
                 found.append((start, end))
     return found
+
+
+def _passed(compute: Callable[[float], float], before: Point, after: Point, level: float) -> Point:
+    return crossing(lambda at: compute(at) - level, before[0], after[0]), level
