@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -229,11 +228,8 @@ class _Bench:
 
 
 def _warnings(trace: xarray.Dataset) -> tuple[str, ...]:
-    return tuple(
-        diagnostic["text"]
-        for diagnostic in json.loads(trace.attrs["validity"])
-        if diagnostic["state"] == "warning" and diagnostic["name"] != "discontinuity"
-    )
+    found = (each for each in diagnostics_of(trace) if each.state == "warning")
+    return tuple(each.text for each in found if each.name != "discontinuity")
 
 
 SAME = 0.02

@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
-from electrovib.core.diagnostics import STATES, Diagnostic, read_diagnostics
+from electrovib.core.diagnostics import STATES, Diagnostic, diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
@@ -220,7 +220,7 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
     permittivity = float(material.bound_permittivity(np.array(_FREQUENCY)).real)
     trace = simulate(scenario)
     title = f"{FILM}, {layer}"
-    diagnostics = {each.name: each for each in read_diagnostics(trace.attrs["validity"])}
+    diagnostics = {each.name: each for each in diagnostics_of(trace)}
     rows = [breakdown_row(diagnostics[each]) for each in (title, title + GAP_CLOSED) if each in diagnostics]
     first = rows[0] if rows else None
     worst = max(

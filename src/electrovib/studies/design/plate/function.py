@@ -296,8 +296,6 @@ def plan_plate(
     problems: list[str | Problem] = []
     axes: dict[str, Any] = {}
     members: dict[str, Scenario] = {AS_IT_IS: given}
-    declared: dict[str, DeclaredLimit] = {}
-    objectives: tuple[Objective, ...] = ()
     chosen = ""
     with gathered(problems):
         axes = dict(parse_over(given, over))
