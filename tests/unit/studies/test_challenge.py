@@ -21,12 +21,12 @@ from electrovib.core.errors import InputError
 from electrovib.studies.evidence.challenge import (
     HELD_OUT,
     PUBLIC,
+    SubmissionFile,
     fingerprint,
     read_submission,
     sentences,
     sets_of,
     split,
-    submission_schema,
     submitted,
     table,
 )
@@ -37,7 +37,7 @@ from electrovib.studies.evidence.standing import judge, shown_first
 
 DOCS = Path(__file__).parents[3] / "docs" / "evidence"
 EXAMPLE = DOCS / "one_gap.toml"
-SCHEMAS = {"measurement": measurement_schema(), "submission": submission_schema()}
+SCHEMAS = {"measurement": measurement_schema(), "submission": SubmissionFile.model_json_schema()}
 MEASURED = ev.measurements()
 NAME, CLUTCH, LAW = "vezzoli_2014/decay", "rauf_2025/voltage", "MaxwellStressInGap"
 GAP = "stack.gap.thickness"

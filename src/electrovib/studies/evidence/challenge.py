@@ -127,11 +127,6 @@ def _is_meant(word: str, name: str, measured: Measurement) -> bool:
     return word.casefold() in f"{name} {measured.title} {measured.group}".casefold()
 
 
-def submission_schema() -> dict[str, Any]:
-    """Return the JSON schema of the file of a submission, for editors that complete and check TOML."""
-    return SubmissionFile.model_json_schema()
-
-
 def read_submissions(
     paths: Sequence[str | Path], measured: Mapping[str, Measurement]
 ) -> tuple[Submission, ...]:

@@ -21,10 +21,6 @@ LEVEL: Final = 0.9
 DECADE: Final = math.log(10)
 SURPRISE: Final = 0.01
 """Probability that is left to a Cauchy distribution of one decade around each draw, so that no score is without bound."""
-IGNORANT: Final = -math.log(12 * DECADE)
-"""Log score of a prediction that knows nothing within twelve decades, which every useful law exceeds."""
-
-
 NOTHING: Final = 1e-300
 """What a prediction of 0 or less counts as."""
 
