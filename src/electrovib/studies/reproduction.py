@@ -245,12 +245,7 @@ class Reproduction(Answer):
         return Document(
             title=self.title or f"{self.paper}: the paper, reproduced",
             sentences=[*count, *self.findings, self.citation],
-            pages=[
-                *shown,
-                *(replace(each, folded=True) if not isinstance(each, Drawing) else each for each in further),
-            ]
-            if self.parts
-            else further,
+            pages=[*shown, *map(_folded, further)] if self.parts else further,
             numbers=_in_terminal(self, warnings),
             references=self.references,
         )
@@ -316,6 +311,10 @@ def _shown(part: Part, panels: Mapping[str, Shown]) -> list[Page | Table | Shown
         Table("", ("", ""), groups, looks={0: "state"}),
         *(panels[name] for name in part.panels if name in panels),
     ]
+
+
+def _folded(item: Page | Table | Shown) -> Page | Table | Shown:
+    return item if isinstance(item, Drawing) else replace(item, folded=True)
 
 
 def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: str = "") -> list[Table]:

@@ -285,13 +285,9 @@ class Sensitivity(Answer):
         """Sentences that name what to measure first, and by how much the prediction would become narrower."""
         first = self.indices[0]
         low, high = first.total_interval
-        named = first.name
-        if named not in first.paths:
-            named = f"{' and '.join(first.paths)} (input '{first.name}')"
-        left = np.sqrt(1 - np.clip([first.first, *first.first_interval], 0.0, 1.0))  # of the deviation
-        fall, least, most = (f"{100 * each:.0f}" for each in 1 - left)
+        fall, least, most = (f"{100 * _narrowing(each):.0f}" for each in (first.first, *first.first_interval))
         text = (
-            f"Measure {named} first: of the variance of {self.quantity} it has the largest total index,"
+            f"Measure {_named(first)} first: of the variance of {self.quantity} it has the largest total index,"
             f" {first.total:.2f} (95 % interval {low:.2f} to {high:.2f}). If it were known exactly, the standard deviation,"
             f" now {self._shown(self.deviation)} at a mean of {self._shown(self.mean)}, would fall by"
             f" {fall} % on average ({least} to {most} %, root mean square; first-order index {first.first:.2f})."
@@ -323,11 +319,7 @@ class Sensitivity(Answer):
             " known, the total index the part that is left on average if all others are known."
         )
         local = tuple(
-            (
-                each.path,
-                format_quantity(each.at, each.unit, digits=4),
-                f"{each.value:.4g}" if math.isfinite(each.value) else "not defined",
-            )
+            (each.path, format_quantity(each.at, each.unit, digits=4), _number(each.value))
             for each in self.elasticities
         )
         return (
@@ -359,8 +351,21 @@ class Sensitivity(Answer):
         return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}."
 
 
+def _named(each: InputIndices) -> str:
+    return each.name if each.name in each.paths else f"{' and '.join(each.paths)} (input '{each.name}')"
+
+
+def _narrowing(first: float) -> float:
+    """Return the part of the standard deviation that goes with the part of the variance of a first-order index."""
+    return 1 - math.sqrt(1 - min(max(first, 0.0), 1.0))
+
+
 def _interval(ends: tuple[float, float]) -> str:
     return f"{ends[0]:z.3f} to {ends[1]:z.3f}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "not defined"
 
 
 LEVEL: Final = 0.95
