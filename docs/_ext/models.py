@@ -14,8 +14,8 @@ from rst import fields, grid, hidden_contents, items, joined, literal, plain, sh
 from electrovib.core.citation import STATUSES_EXPLAINED, Check, status_text
 from electrovib.core.discovery import paper_of
 from electrovib.core.model import Model
-from electrovib.studies import catalogue
-from electrovib.studies.catalogue.items import Listed, everything
+from electrovib.studies.catalogue import pages as catalogue
+from electrovib.studies.catalogue.items import Listed, everything, places
 
 EVERYWHERE: Final = {
     "D": "Bound displacement [C/m2].",
@@ -104,7 +104,7 @@ def section(name: str, lines: list[str]) -> list[str]:
 
 def written_as(model: type[Model]) -> str:
     """Return how a scenario file names a member of a family; empty for any other model."""
-    found = next((where for family, where in catalogue.places().items() if issubclass(model, family)), "")
+    found = next((where for family, where in places().items() if issubclass(model, family)), "")
     return f'{found} = {{ model = "{model.__name__}", ... }}' if found and model.is_member else ""
 
 

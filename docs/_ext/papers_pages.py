@@ -10,7 +10,7 @@ from models import checks, is_model, place
 from rst import fields, grid, hidden_contents, items, joined, linked, literal, plain, shown, title
 
 from electrovib.core.citation import STATUSES, STATUSES_EXPLAINED, Check, counted, status_text
-from electrovib.studies import catalogue
+from electrovib.studies.catalogue import pages as catalogue
 from electrovib.studies.catalogue.items import Listed, everything, paper_items, scenario_items
 
 

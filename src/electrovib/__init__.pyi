@@ -52,10 +52,10 @@ from electrovib.studies.check import check as check
 from electrovib.studies.check.series import series_resistor as series_resistor
 from electrovib.studies.compare import compare as compare
 from electrovib.studies.compare import compare_materials as compare_materials
-from electrovib.studies.design import find_value as find_value
-from electrovib.studies.design import value_for_share as value_for_share
-from electrovib.studies.design.drive import drive_for_force as drive_for_force
-from electrovib.studies.design.plate import plan_plate as plan_plate
+from electrovib.studies.design.drive.function import drive_for_force as drive_for_force
+from electrovib.studies.design.plate.function import plan_plate as plan_plate
+from electrovib.studies.design.share.function import value_for_share as value_for_share
+from electrovib.studies.design.value import find_value as find_value
 from electrovib.studies.evidence import Measurement as Measurement
 from electrovib.studies.evidence.files import measurements as measurements
 from electrovib.studies.evidence.function import evidence as evidence
@@ -68,8 +68,8 @@ from electrovib.studies.rough_contact import rough_contact as rough_contact
 from electrovib.studies.sensitivity import sensitivity as sensitivity
 from electrovib.studies.surfaces import compare_surfaces as compare_surfaces
 from electrovib.studies.sweep import sweep as sweep
-from electrovib.studies.texture import texture_drive as texture_drive
-from electrovib.studies.texture import texture_stream as texture_stream
+from electrovib.studies.texture.drive import texture_drive as texture_drive
+from electrovib.studies.texture.drive import texture_stream as texture_stream
 from electrovib.view import plots as plot
 from electrovib.view.pages import reproduce as reproduce
 from electrovib.view.report import report as report

@@ -10,14 +10,15 @@ import re
 import shutil
 import textwrap
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Any, ClassVar, Final, TypeAlias
+from typing import Any, ClassVar, Final, TypeAlias, TypeVar
 
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.unchangeable import Unchangeable
 
+T = TypeVar("T")
 REFERENCE: Final = -1
 """Look of a curve that is a reference or a range."""
 NARROWEST: Final = 36
@@ -107,6 +108,14 @@ class Table:
     looks: Mapping[int, str] = field(default_factory=dict)
     folded: bool = False
     on_page: bool = True
+
+    @classmethod
+    def of(
+        cls, title: str, items: Iterable[T], columns: Mapping[str, Callable[[T], str]], **how: Any
+    ) -> Table:
+        """Make a table with a row for each item and a column for each heading, whose function writes the cell of an item."""
+        rows = tuple(tuple(cell(each) for cell in columns.values()) for each in items)
+        return cls(title, tuple(columns), rows, **how)
 
     def __repr__(self) -> str:
         return laid_out(self).rstrip()

@@ -22,7 +22,7 @@ from electrovib.physics.limits import broken
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.effort import refuse_large
 from electrovib.solve.simulate import simulate
-from electrovib.studies.design.drive import DesignedDrive
+from electrovib.studies.design.drive.function import DesignedDrive
 from electrovib.studies.design.result import Designed
 from electrovib.studies.texture.drive import TextureDrive
 from electrovib.view.files import check_document, save_answer, written

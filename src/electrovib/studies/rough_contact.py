@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
@@ -377,7 +377,13 @@ def rough_contact(
     roughness = declared.roughness
     share = share_of_field(spots or declared.spots, frequency)
     shape, periods = roughness.shape(declared.points), roughness.periods
-    solve = _solver(stack, declared.body, periods, voltages, share)
+
+    def solve(heights: Real) -> tuple[Rest, ...]:
+        bent, thickness = declared.body.compliance, stack.electrical_thickness
+        loaded = Loaded(heights=heights, periods=periods, compliance=bent, pressure=stack.pressure)
+        found = follow_voltages(loaded, voltages.tolist(), electrical_thickness=thickness)
+        return tuple(rest.with_field_share(share) for rest in found)
+
     # a half of them on coarser grids
     refuse_beyond_budget(math.isqrt(math.prod(shape)), 2 * voltages.size, kept=voltages.size)
     smooth = roughness.without_shortest_octave()
@@ -430,17 +436,6 @@ def _films(diagnostics: Sequence[Diagnostic], stack: BlockingStack, voltage: flo
         for name, each in found
         if each is not None and each.value is not None and each.limit is not None and voltage
     )
-
-
-def _solver(
-    stack: BlockingStack, body: ElasticBody, periods: tuple[float, float], voltages: Real, share: float
-) -> Callable[[Real], tuple[Rest, ...]]:
-    def solve(heights: Real) -> tuple[Rest, ...]:
-        loaded = Loaded(heights=heights, periods=periods, compliance=body.compliance, pressure=stack.pressure)
-        rests = follow_voltages(loaded, voltages.tolist(), electrical_thickness=stack.electrical_thickness)
-        return tuple(rest.with_field_share(share) for rest in rests)
-
-    return solve
 
 
 def _numbers(rests: tuple[Rest, ...]) -> Real:

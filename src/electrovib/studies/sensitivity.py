@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -23,10 +24,6 @@ from electrovib.solve.meter import Meter, measured
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities.answer import validity
 from electrovib.solve.quantities.names import read_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
 
 STEP: Final = 1e-2
 """Relative change of a parameter; the error of the difference is of the order of its fourth power."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 from electrovib.core.answer import Table
 from electrovib.core.citation import STATUSES
+from electrovib.core.parsing import read_toml
 from electrovib.core.units import format_quantity
 from electrovib.physics.safety import FIELD_EMISSION
 from electrovib.scenario import Scenario
@@ -35,50 +37,29 @@ class PlateStack:
 
     def scenario(self, law: str, *, gap: float = 0.0) -> Scenario:
         """Build the scenario of one cell: no conduction, 1 cm2, a return path without resistance, a step of the voltage."""
-        stack: dict[str, Any] = {
-            "insulator": {"thickness": self.film, "material": _constant(self.film_permittivity)},
-            "gap": {"thickness": gap},
-            "stratum_corneum": {"thickness": self.skin, "material": _constant(self.skin_permittivity)},
-        }
-        if not gap:
-            del stack["gap"]
-        content = {
+        content: dict[str, Any] = {
             "drive": {"model": "Step", "level": self.voltage},
             "force": {"model": law},
             "friction": {"model": "Coulomb", "coefficient": 0.5},
             "contact": {"model": "FixedArea", "area": AREA},
             "load": {"normal_force": 0.5},
             "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
-            "stack": stack,
+            "stack": {
+                "insulator": _layer(self.film, self.film_permittivity),
+                **({"gap": {"thickness": gap}} if gap else {}),
+                "stratum_corneum": _layer(self.skin, self.skin_permittivity),
+            },
         }
         return Scenario.model_validate(content)
 
 
-def _constant(permittivity: float) -> dict[str, Any]:
-    return {"model": "Constant", "permittivity": permittivity}
+def _layer(thickness: float, permittivity: float) -> dict[str, Any]:
+    return {"thickness": thickness, "material": {"model": "Constant", "permittivity": permittivity}}
 
 
-FILM: Final = PlateStack(
-    name="plastic film, 1000 V",
-    status="full text",
-    source="Vezzoli 2014, section 3.1",
-    voltage=1000.0,
-    film=90e-6,
-    film_permittivity=3.35,
-    skin=200e-6,
-    skin_permittivity=1560.0,
-    gaps=(1e-6, 5e-6, 25e-6, 100e-6),
-)
-SCREEN: Final = PlateStack(
-    name="1 um coating, 100 V",
-    status="unverified",
-    source="values of the Persson, Ayyildiz and Vardar line, cited from memory, unverified",
-    voltage=100.0,
-    film=1e-6,
-    film_permittivity=3.9,
-    skin=200e-6,
-    skin_permittivity=1650.0,
-    gaps=(0.1e-6, 1e-6, 3e-6, 10e-6),
+FILM, SCREEN = (
+    PlateStack(**each)
+    for each in read_toml(Path(__file__).with_name("surfaces.toml").read_text(encoding="utf-8"))["stacks"]
 )
 FORMS: Final = {
     "EffectiveMedium": "eps0 A V^2/(2 K (T_s + T_i))",

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.unchangeable import Unchangeable
 from electrovib.core.units import format_quantity
+from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.extremes import extremes
 from electrovib.physics.drive.parts import CYCLE_SAMPLES, MOST_SAMPLES, Linear
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from electrovib.core.arrays import Real
-    from electrovib.physics.drive.base import Drive
-
 
 LARGEST_ERROR: Final = 0.01
 """Error over the largest voltage [1] above which a waveform is refused, by default; a choice."""

@@ -10,14 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from electrovib.core.units import format_quantity
 from electrovib.physics.perception import Perception
+from electrovib.scenario import Scenario
 from electrovib.studies.felt_spectrum import not_proportional
-
-if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
 
 SAMPLING, THRESHOLDS, LAW = "sampling", "thresholds of perception", "force law"
 TOGETHER, PEOPLE = "together", "differences of the threshold between people"

@@ -18,7 +18,7 @@ from electrovib.studies.evidence import Measurement
 from electrovib.studies.evidence.calibrated import LEAST, calibrated_predictions
 from electrovib.studies.evidence.measurement import AT_LEAST
 from electrovib.studies.evidence.predicted import predict
-from electrovib.studies.evidence.score import DECADE
+from electrovib.studies.evidence.standing import DECADE
 
 VOLTAGES = (50.0, 100.0, 200.0)
 GAP = {"model": "LogUniform", "low": 1e-6, "high": 4e-6, "choice": "a range of this test"}

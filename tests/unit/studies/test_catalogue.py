@@ -15,9 +15,10 @@ from electrovib.physics.force import ForceLaw
 from electrovib.physics.material.library import materials
 from electrovib.scenario import Scenario
 from electrovib.studies import catalogue
+from electrovib.studies.catalogue import items, pages
 from electrovib.studies.catalogue.items import everything
 
-MODELS = {name: kind for family in catalogue.families() for name, kind in find_members(family).items()}
+MODELS = {name: kind for family in items.families() for name, kind in find_members(family).items()}
 
 
 @pytest.fixture(autouse=True)
@@ -41,7 +42,7 @@ def names(records):
 
 
 def rows(thing):
-    return {row[0]: row for row in catalogue.parameters(thing).rows}
+    return {row[0]: row for row in pages.parameters(thing).rows}
 
 
 def test_every_preset_is_declared_and_listed_with_its_title_and_what_it_reproduces():
@@ -60,7 +61,7 @@ def test_every_preset_is_declared_and_listed_with_its_title_and_what_it_reproduc
     for name, module in papers().items():
         declared = set(getattr(module, "PRESETS", {}))
         offered = set(getattr(module, "scenarios", dict)())
-        assert declared == offered or not catalogue.is_own(module), name
+        assert declared == offered or not items.is_own(module), name
 
 
 @pytest.mark.parametrize("query", ["3M", "3M-type screen"])
@@ -180,13 +181,13 @@ def test_records_show_themselves_in_a_terminal_and_in_a_notebook():
 
 def test_a_place_in_a_scenario_takes_the_members_of_its_family():
     """Only the clock of a recorded measurement, and textures with their paths, have no place."""
-    found = {path: family for family, path in catalogue.places().items()}
+    found = {path: family for family, path in items.places().items()}
     expected = {"drive": "Drive", "stack.LAYER.material": "Material", "contact.surface": "Surface"}
     assert {path: found[path].__name__ for path in expected} == expected
     for path, family in found.items():
         assert family.is_family
         assert "." in path or Scenario.part(path) is family
-    without = set(catalogue.families()) - set(catalogue.places())
+    without = set(items.families()) - set(items.places())
     assert {each.__name__ for each in without} == {"Clock", "FingerPath", "GratingWaveform", "Texture"}
 
 
@@ -206,18 +207,18 @@ def test_models_and_papers_are_listed_with_status_and_checks_and_found_by_name()
 def test_every_paper_says_what_it_claims_and_what_not_and_shows_its_values_with_their_sources():
     """Of one film 1 um is a choice for a figure whose film Vezzoli et al. 2014 does not print; 90 um is printed."""
     for name, module in papers().items():
-        said = catalogue.claims(module)
+        said = pages.claims(module)
         assert said["claims"], name
         assert said["does not claim"], name
-    said = catalogue.claims(papers()["nakamura_2017"])
+    said = pages.claims(papers()["nakamura_2017"])
     assert said["does not claim"].endswith("a spring constant.")
     assert said["here"].startswith("The electrics are two leaky layers"), (
         "what is computed here is told apart"
     )
-    values = {row[0]: row[1:] for row in catalogue.values(papers()["kim_2015"]).rows}
+    values = {row[0]: row[1:] for row in pages.values(papers()["kim_2015"]).rows}
     assert values["stack.insulator.thickness"] == ("90 um", "not read; as in vezzoli_2014, section 3.1")
-    assert catalogue.values(papers()["ciavarella_2020"]) is None
-    table = catalogue.values(papers()["vezzoli_2014"]).rows
+    assert pages.values(papers()["ciavarella_2020"]) is None
+    table = pages.values(papers()["vezzoli_2014"]).rows
     assert [row[1:] for row in table if row[0] == "stack.insulator.thickness"] == [
         ("90 um", "Vezzoli 2014, section 3.1"),
         ("1 um", "not printed: only that C_i is comparable with C_s"),
@@ -228,7 +229,7 @@ def test_every_paper_says_what_it_claims_and_what_not_and_shows_its_values_with_
 
 
 def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source():
-    assert catalogue.parameters(Scenario).headings == (
+    assert pages.parameters(Scenario).headings == (
         "name",
         "unit",
         "range",
@@ -238,9 +239,9 @@ def test_every_parameter_has_a_meaning_and_a_default_or_none_with_its_source():
     )
     for item in everything(own=True):
         if isinstance(item.thing, type):
-            assert all(row[4] for row in catalogue.parameters(item.thing).rows), item.thing.__name__
+            assert all(row[4] for row in pages.parameters(item.thing).rows), item.thing.__name__
     for model, kind in MODELS.items():
-        for name, _, _, default, meaning, source in catalogue.parameters(kind).rows:
+        for name, _, _, default, meaning, source in pages.parameters(kind).rows:
             assert len(meaning) > 3, f"{model}.{name}"
             assert default, f"{model}.{name}"
             assert source, f"{model}.{name}"

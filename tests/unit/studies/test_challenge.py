@@ -18,19 +18,26 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
-from electrovib.studies.evidence.challenge import sentences, sets_of, submitted, table
-from electrovib.studies.evidence.entries import measurement_schema
+from electrovib.studies.evidence.challenge import (
+    HELD_OUT,
+    PUBLIC,
+    SubmissionFile,
+    fingerprint,
+    read_submission,
+    sentences,
+    sets_of,
+    split,
+    submitted,
+    table,
+)
+from electrovib.studies.evidence.entries import measurement_schema, publication_files
 from electrovib.studies.evidence.files import of_publication
 from electrovib.studies.evidence.predicted import ModelPrediction, predict
-from electrovib.studies.evidence.publication import publication_files
-from electrovib.studies.evidence.score import judge
-from electrovib.studies.evidence.split import HELD_OUT, PUBLIC, fingerprint, split
-from electrovib.studies.evidence.standing import shown_first
-from electrovib.studies.evidence.submission import read_submission, submission_schema
+from electrovib.studies.evidence.standing import judge, shown_first
 
 DOCS = Path(__file__).parents[3] / "docs" / "evidence"
 EXAMPLE = DOCS / "one_gap.toml"
-SCHEMAS = {"measurement": measurement_schema(), "submission": submission_schema()}
+SCHEMAS = {"measurement": measurement_schema(), "submission": SubmissionFile.model_json_schema()}
 MEASURED = ev.measurements()
 NAME, CLUTCH, LAW = "vezzoli_2014/decay", "rauf_2025/voltage", "MaxwellStressInGap"
 GAP = "stack.gap.thickness"

@@ -19,13 +19,27 @@ from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.studies.evidence import Measurement, predicted
 from electrovib.studies.evidence.measurement import numbers_of
-from electrovib.studies.evidence.null import CONSTANT, RANGE, SQUARE, null_predictions
 from electrovib.studies.evidence.plan import ODDS, _values, _worst, plan_experiment
-from electrovib.studies.evidence.predicted import ModelPrediction, candidates, predict, prediction
+from electrovib.studies.evidence.predicted import (
+    CONSTANT,
+    RANGE,
+    SQUARE,
+    ModelPrediction,
+    candidates,
+    null_predictions,
+    predict,
+    prediction,
+)
 from electrovib.studies.evidence.quantities import takes_columns
 from electrovib.studies.evidence.result import Evidence, _rounded, _words
-from electrovib.studies.evidence.score import DECADE, SURPRISE, judge
-from electrovib.studies.evidence.standing import comparisons, over_groups, typical_factor
+from electrovib.studies.evidence.standing import (
+    DECADE,
+    SURPRISE,
+    comparisons,
+    judge,
+    over_groups,
+    typical_factor,
+)
 
 VOLTAGES = (50.0, 100.0, 200.0)
 GAP = {"model": "LogUniform", "low": 1e-6, "high": 4e-6, "choice": "a range of this test"}

@@ -14,11 +14,16 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import Form, is_ours, sign
 from electrovib.studies.evidence.entries import ENTRIES as SCHEMA_ENTRIES
-from electrovib.studies.evidence.entries import MeasurementFile, measurement_schema
+from electrovib.studies.evidence.entries import (
+    MeasurementFile,
+    measurement_schema,
+    parts,
+    publication_files,
+    tables_of,
+)
 from electrovib.studies.evidence.files import import_measurement
 from electrovib.studies.evidence.measurement import numbers_of, unit_of
 from electrovib.studies.evidence.predicted import predict
-from electrovib.studies.evidence.publication import parts, publication_files, tables_of
 
 GAP = {"model": "LogUniform", "low": "1 um", "high": "4 um", "choice": "of this test"}
 STEP = {"drive": {"model": "Step", "level": "100 V"}, "time.duration": "1 ms"}
@@ -401,7 +406,7 @@ def test_a_publication_is_a_file_in_a_folder_that_needs_no_python(monkeypatch):
     (home / "measured").mkdir(parents=True)
     (home / "measured" / "own_2099.toml").write_text(Path(several()).read_text("utf-8"), encoding="utf-8")
     publication_files.cache_clear()
-    monkeypatch.setattr("electrovib.studies.evidence.publication.paper_folders", lambda: (home,))
+    monkeypatch.setattr("electrovib.studies.evidence.entries.paper_folders", lambda: (home,))
     assert list(publication_files()) == ["own_2099"]
     monkeypatch.undo()
     publication_files.cache_clear()

@@ -24,7 +24,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
 
 if TYPE_CHECKING:
-    from electrovib.studies.design import Designed
+    from electrovib.studies.design.result import Designed
 
 Free = Annotated[str, typer.Option(autocompletion=options.parameter_paths)]
 Want = Annotated[str, typer.Option(autocompletion=options.quantity_names)]
@@ -57,8 +57,8 @@ def find_value(
     --------
     electrovib find-value vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high
     """
-    from electrovib.studies.design import find_value
     from electrovib.studies.design.result import DesignedParameter
+    from electrovib.studies.design.value import find_value
 
     asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set)
     asked |= options.given(output=output, edge=edge, all=all, force=force)
@@ -98,7 +98,8 @@ def value_for_share(
     n : N
         Number of draws.
     """
-    from electrovib.studies.design.share import DesignedForShare, value_for_share
+    from electrovib.studies.design.share.function import value_for_share
+    from electrovib.studies.design.share.result import DesignedForShare
 
     asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set, space=space)
     asked |= options.given(output=output, edge=edge, all=all, force=force, share=share, seed=seed, n=n)
@@ -139,7 +140,7 @@ def drive_for_force(
     --------
     electrovib drive-for-force vezzoli_2014/fig6 --target 'sine 50 Hz 1 mN' --method carrier
     """
-    from electrovib.studies.design.drive import DesignedDrive, drive_for_force
+    from electrovib.studies.design.drive.function import DesignedDrive, drive_for_force
 
     asked = options.given(
         scenario=scenario, target=target, method=method, carrier=carrier, rate=rate, limits=limits
@@ -215,7 +216,8 @@ def plan_plate(
         Write all candidates (.csv), all numbers (.json), the best scenario (.toml), a page (.html), a figure (.pdf, .svg, .png)
         or tables (.tex).
     """
-    from electrovib.studies.design.plate import PlateDesign, plan_plate
+    from electrovib.studies.design.plate.function import plan_plate
+    from electrovib.studies.design.plate.result import PlateDesign
 
     asked = options.given(
         scenario=scenario, over=over, materials=materials, layer=layer, limits=limits, output=output

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Curve, Panel, Table
 from electrovib.papers.vezzoli_2014.values import FORCE_MEASURED
-from electrovib.studies.evidence.score import LEVEL, Score, judge
+from electrovib.studies.evidence.standing import LEVEL, Score, judge
 from electrovib.studies.reproduction import Row, overlap
 
 if TYPE_CHECKING:

@@ -7,8 +7,9 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Any, Final, Self
 
+from electrovib.core.answer import Table
 from electrovib.core.citation import Citation
 from electrovib.core.discovery import find_members, import_textbook, offers, paper, paper_of, papers
 from electrovib.core.model import Model
@@ -25,9 +26,6 @@ from electrovib.physics.material.library import materials
 from electrovib.physics.stack import Stack
 from electrovib.scenario import Scenario
 from electrovib.scenario.sources import note_of
-
-if TYPE_CHECKING:
-    from electrovib.core.answer import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,6 +234,7 @@ def paper_items(*, own: bool = False) -> Iterator[Listed]:
         if own and not is_own(module):
             continue
         unread = plain_text(getattr(module, "NOT_READ", ""))
+        runs = hasattr(module, "scenarios") or hasattr(module, "skins")
         yield Listed(
             name=name,
             kind="paper",
@@ -244,7 +243,7 @@ def paper_items(*, own: bool = False) -> Iterator[Listed]:
             paper=name,
             status=getattr(module, "STATUS", ""),
             checks=len(_checks(module)),
-            runnable=f"not: {unread}" if _not_runnable(module) else "yes",
+            runnable="yes" if runs or not unread else f"not: {unread}",
             thing=module,
             texts={"citation": module.CITATION, "claims": module.__doc__ or "", "not read": unread},
         )
@@ -259,14 +258,6 @@ def _title(module: ModuleType) -> str:
 
 def _checks(module: ModuleType) -> tuple[Any, ...]:
     return tuple(getattr(module, "CHECKS", ()))
-
-
-def _not_runnable(module: ModuleType) -> bool:
-    return (
-        not hasattr(module, "scenarios")
-        and not hasattr(module, "skins")
-        and bool(getattr(module, "NOT_READ", ""))
-    )
 
 
 def _library() -> Iterator[Listed]:

@@ -249,16 +249,13 @@ def values(module: ModuleType) -> Table | None:
             if path in scenario.sources and value is not None:
                 shown = found.setdefault((path, scenario.sources[path]), [])
                 shown.append(format_quantity(value, quantity.unit))
-    places = {path: place for place, path in enumerate(dict.fromkeys(path for path, _ in found))}
-    rows = tuple(
-        (path, _several(list(dict.fromkeys(shown))), source)
-        for (path, source), shown in sorted(found.items(), key=lambda item: places[item[0][0]])
-    )
-    return Table("values of its scenarios", ("parameter", "value", "source"), rows) if rows else None
-
-
-def _several(shown: list[str]) -> str:
-    return ", ".join(shown[:3]) + (f" and {len(shown) - 3} more" if len(shown) > 3 else "")
+    places = list(dict.fromkeys(path for path, _ in found))
+    rows = []
+    for (path, source), several in sorted(found.items(), key=lambda item: places.index(item[0][0])):
+        shown = list(dict.fromkeys(several))
+        more = f" and {len(shown) - 3} more" if len(shown) > 3 else ""
+        rows.append((path, ", ".join(shown[:3]) + more, source))
+    return Table("values of its scenarios", ("parameter", "value", "source"), tuple(rows)) if rows else None
 
 
 def claims(module: ModuleType) -> dict[str, str]:

@@ -14,7 +14,6 @@ from electrovib.studies.check.function import cleared_as_played as cleared_as_pl
 from electrovib.studies.check.function import cleared_for_output as cleared_for_output
 from electrovib.studies.check.function import declared_limits as declared_limits
 from electrovib.studies.check.function import first_columns as first_columns
-from electrovib.studies.check.function import read_drive as read_drive
 from electrovib.studies.check.function import refuse_demanded as refuse_demanded
 from electrovib.studies.check.function import sampled as sampled
 from electrovib.studies.check.function import with_drive as with_drive
@@ -24,7 +23,5 @@ from electrovib.studies.check.result import CheckRow as CheckRow
 from electrovib.studies.check.result import DeclaredLimit as DeclaredLimit
 from electrovib.studies.check.result import LimitsFrom as LimitsFrom
 from electrovib.studies.check.result import LimitsSource as LimitsSource
-from electrovib.studies.check.result import limits_from as limits_from
 from electrovib.studies.check.result import not_shown as not_shown
 from electrovib.studies.check.result import refuse_unlimited as refuse_unlimited
-from electrovib.studies.check.result import strictest as strictest

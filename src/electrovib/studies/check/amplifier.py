@@ -11,14 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from electrovib.physics.limits import Limits
-from electrovib.studies.check.result import (
-    ASKED,
-    CheckNumber,
-    CheckRow,
-    DeclaredLimit,
-    limit_row,
-    limited_quantity,
-)
+from electrovib.studies.check import result
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,7 +41,7 @@ def own_limits(scenario: Scenario) -> Limits:
     return Limits(voltage=amplifier.saturation, current=least if math.isfinite(least) else None)
 
 
-def asked_rows(scenario: Scenario, asked: CheckedValues) -> list[CheckRow]:
+def asked_rows(scenario: Scenario, asked: CheckedValues) -> list[result.CheckRow]:
     """Compare voltage and current that a drive asks for with the largest ones of the amplifier."""
     own, rows = own_limits(scenario), []
     if own.voltage is not None:
@@ -61,7 +54,7 @@ def asked_rows(scenario: Scenario, asked: CheckedValues) -> list[CheckRow]:
     return rows
 
 
-def slew_rows(scenario: Scenario, asked: CheckedValues) -> list[CheckRow]:
+def slew_rows(scenario: Scenario, asked: CheckedValues) -> list[result.CheckRow]:
     """Compare the slew rate that a drive asks for with that of the largest current into the stray capacitance alone.
 
     With a bandwidth the voltage at the output is smoother than the drive, and this says nothing.
@@ -73,14 +66,17 @@ def slew_rows(scenario: Scenario, asked: CheckedValues) -> list[CheckRow]:
     return [_row("slew_rate", asked.largest["slew_rate"], slew, "source_current over its stray_capacitance")]
 
 
-def _row(name: str, value: float, limit: float, source: str) -> CheckRow:
+def _row(name: str, value: float, limit: float, source: str) -> result.CheckRow:
     """Return the row of a limit of the amplifier itself."""
-    own = DeclaredLimit(name, limit, f"{PLACE}.{source}")
+    own = result.DeclaredLimit(name, limit, f"{PLACE}.{source}")
     words = f"the {name.replace('_', ' ')} that the drive asks of the amplifier"
-    return replace(limit_row(name, value, own, words=words), quantity=f"{ASKED}{limited_quantity(name)}")
+    return replace(
+        result.limit_row(name, value, own, words=words),
+        quantity=f"{result.ASKED}{result.limited_quantity(name)}",
+    )
 
 
-def asked_numbers(asked: CheckedValues) -> list[CheckNumber]:
+def asked_numbers(asked: CheckedValues) -> list[result.CheckNumber]:
     """Return what a drive asks of an amplifier: peaks, root mean square, slew rate and apparent power V_rms I_rms."""
     found = (
         ("voltage", asked.largest["voltage"], "V"),
@@ -89,4 +85,7 @@ def asked_numbers(asked: CheckedValues) -> list[CheckNumber]:
         ("slew_rate", asked.largest["slew_rate"], "V/s"),
         ("apparent_power", asked.rms["voltage"] * asked.rms["current"], "VA"),
     )
-    return [CheckNumber.of(f"{ASKED}{limited_quantity(name)}", value, unit) for name, value, unit in found]
+    return [
+        result.CheckNumber.of(f"{result.ASKED}{result.limited_quantity(name)}", value, unit)
+        for name, value, unit in found
+    ]

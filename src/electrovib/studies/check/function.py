@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.citation import UNVERIFIED
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import DataFileError, InputError, NoColumnError
 from electrovib.core.files import note_input
 from electrovib.core.model import read_model
@@ -27,35 +28,8 @@ from electrovib.scenario import Scenario, Source, TimeGrid, read_part, read_scen
 from electrovib.solve.diagnostics import judge
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
-from electrovib.studies.check.amplifier import (
-    LARGEST,
-    asked_numbers,
-    asked_rows,
-    slew_rows,
-    without_its_limits,
-)
-from electrovib.studies.check.result import (
-    BREAKDOWN,
-    FAIL,
-    ONLY_DECLARED,
-    PASS,
-    UNKNOWN,
-    CheckNumber,
-    CheckResult,
-    CheckRow,
-    DeclaredLimit,
-    LimitsSource,
-    breakdown_row,
-    limit_row,
-    limits_from,
-    limits_of,
-    refuse_unlimited,
-    strictest,
-)
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-
+from electrovib.studies.check import amplifier, result
+from electrovib.studies.check.result import CheckResult, CheckRow, DeclaredLimit, LimitsSource
 
 _OWN_DRIVE = "the drive of the scenario"
 
@@ -112,7 +86,10 @@ def check(
 
 
 def checked(
-    scenario: Scenario, *, limits: LimitsSource | Sequence[LimitsSource] = None, name: str = _OWN_DRIVE
+    scenario: Scenario,
+    *,
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    name: str = _OWN_DRIVE,
 ) -> CheckResult:
     """Compare the drive of a scenario with the declared limits and with breakdown."""
     declared = declared_limits(scenario, limits)
@@ -123,12 +100,12 @@ def checked(
         duration=values.end,
         rows=(
             *_rows(scenario, values, declared),
-            *asked_rows(scenario, asked),
-            *slew_rows(scenario, asked),
+            *amplifier.asked_rows(scenario, asked),
+            *amplifier.slew_rows(scenario, asked),
             *_rest_rows(scenario, values.end),
         ),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
-        numbers=(*_numbers(values, declared), *asked_numbers(asked)),
+        numbers=(*_numbers(values, declared), *amplifier.asked_numbers(asked)),
         notes=_notes(scenario, values.end),
         scenario=scenario,
     )
@@ -155,11 +132,11 @@ def cleared_for_output(
     saturation, current limit and bandwidth of the amplifier leave of it. Nothing is ever clipped.
     """
     declared = declared_limits(scenario, limits)
-    refuse_unlimited(declared, what=what)
-    result = checked(scenario, limits=limits, name=name)
-    result.refuse(consequence)
-    refuse_demanded(scenario, declared["voltage"], result.duration, consequence)
-    return result
+    result.refuse_unlimited(declared, what=what)
+    found = checked(scenario, limits=limits, name=name)
+    found.refuse(consequence)
+    refuse_demanded(scenario, declared["voltage"], found.duration, consequence)
+    return found
 
 
 def refuse_demanded(
@@ -182,7 +159,7 @@ def declared_limits(
 ) -> dict[str, DeclaredLimit]:
     """Combine the limits of a scenario with further ones."""
     several = limits if isinstance(limits, Sequence) and not isinstance(limits, str) else [limits]
-    return strictest([limits_of(scenario), *(limits_from(each) for each in several)])
+    return result.strictest([result.limits_of(scenario), *(result.limits_from(each) for each in several)])
 
 
 def _name(drive: object) -> str:
@@ -199,9 +176,9 @@ def _rows(
         *(
             _limit_row(name, values, declared.get(name), scenario)
             for name in WORDS
-            if name in declared or name not in ONLY_DECLARED
+            if name in declared or name not in result.ONLY_DECLARED
         ),
-        *(breakdown_row(each) for each in values.breakdown),
+        *(result.breakdown_row(each) for each in values.breakdown),
     )
 
 
@@ -213,7 +190,7 @@ def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, sc
             "current into the contact (no stray capacitance is declared: circuit.amplifier.stray_capacitance)"
         )
         words = words.replace("current into plate, stray capacitance and finger", contact)
-    return limit_row(name, values.largest[name], limit, words=words)
+    return result.limit_row(name, values.largest[name], limit, words=words)
 
 
 def _rest_rows(scenario: Scenario, end: float) -> list[CheckRow]:
@@ -233,7 +210,7 @@ def _rest_rows(scenario: Scenario, end: float) -> list[CheckRow]:
             limit=None,
             unit=unit,
             source="time.duration",
-            state=UNKNOWN,
+            state=result.UNKNOWN,
             text=f"the drive reaches {reached} within {lasts}, and only {checked_to} of it was checked",
             remedy=f"set time.duration to {lasts}",
         )
@@ -246,8 +223,8 @@ def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:
     if math.isnan(number) and math.isinf(values.largest[threshold.of]):
         number = math.inf
     value = None if math.isnan(number) else number
-    state = UNKNOWN if value is None else FAIL if value > threshold.value else PASS
-    doubtful = threshold.status == UNVERIFIED and state == PASS
+    state = result.UNKNOWN if value is None else result.FAIL if value > threshold.value else result.PASS
+    doubtful = threshold.status == UNVERIFIED and state == result.PASS
     what = f"{threshold.statistic} {threshold.of.replace('_', ' ')}"
     return CheckRow(
         quantity=what,
@@ -255,30 +232,30 @@ def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:
         limit=threshold.value,
         unit="A",
         source=f"{threshold.name} ({threshold.source}; {threshold.status}): {threshold.conditions}",
-        state=UNKNOWN if doubtful else state,
+        state=result.UNKNOWN if doubtful else state,
         text=f"{what} compared with {format_quantity(threshold.value, 'A')}: {threshold.name}",
     )
 
 
-def _numbers(values: CheckedValues, declared: Mapping[str, DeclaredLimit]) -> tuple[CheckNumber, ...]:
+def _numbers(values: CheckedValues, declared: Mapping[str, DeclaredLimit]) -> tuple[result.CheckNumber, ...]:
     """Return the values whose limit is not declared or does not exist."""
     units = {"rms_voltage": "V", "rms_current": "A", "rms_body_current": "A", "slew_rate": "V/s"}
     found = {f"rms_{name}": value for name, value in values.rms.items()}
     found["slew_rate"] = values.largest["slew_rate"]
     return tuple(
-        CheckNumber.of(name.replace("_", " "), found[name], unit)
+        result.CheckNumber.of(name.replace("_", " "), found[name], unit)
         for name, unit in units.items()
         if name not in declared
     )
 
 
 def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:
-    amplifier = scenario.circuit.amplifier
+    supply = scenario.circuit.amplifier
     notes = ["Values are those of the model; a value at exactly its limit passes. No value is clipped."]
     if scenario.drive.duration > end * (1 + 1e-9):
         checked_to, lasts = (format_quantity(each, "s", digits=4) for each in (end, scenario.drive.duration))
         notes.append(f"Checked up to {checked_to} (time.duration) only; the drive lasts {lasts}.")
-    if amplifier is None or amplifier.stray_capacitance == 0:
+    if supply is None or supply.stray_capacitance == 0:
         notes.append(
             "No stray capacitance of plate and cable is declared (circuit.amplifier.stray_capacitance): the current that"
             " charges it is missing, so the current and the stored energy of the real set-up are larger."
@@ -398,7 +375,7 @@ def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedV
     return CheckedValues(
         largest=largest | {name: rms[name.removeprefix("rms_")] for name in MEAN_SQUARES},
         rms=rms,
-        breakdown=[each for each in found if each.name.startswith(BREAKDOWN)],
+        breakdown=[each for each in found if each.name.startswith(result.BREAKDOWN)],
         end=end,
         currents=judge.largest_currents(peaks, largest["current"]),
     )
@@ -406,7 +383,7 @@ def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedV
 
 def asked_values(scenario: Scenario, values: CheckedValues | None = None) -> CheckedValues:
     """Return what the drive asks of the amplifier: the `values` of a run whose amplifier has no largest voltage and current."""
-    free = without_its_limits(scenario, LARGEST)
+    free = amplifier.without_its_limits(scenario, amplifier.LARGEST)
     if free is scenario and values is not None:
         return values
     return checked_values(free, mean_squares=values is not None)

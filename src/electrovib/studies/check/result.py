@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Final, Self, TypeAlias
@@ -393,19 +393,15 @@ def nearest_limit(rows: Iterable[CheckRow]) -> CheckRow | None:
 
 def limits_table(title: str, rows: Iterable[CheckRow], states: Mapping[str, str] | None = None) -> Table:
     """Return rows in words; `states` has other words for their states."""
-    cells = tuple(
-        (
-            (states or {}).get(row.state, row.state),
-            row.quantity,
-            shown(row.value, row.unit),
-            "" if row.limit is None else shown(row.limit, row.unit),
-            "" if row.margin is None else f"{row.margin:.3g}",
-            row.source,
-        )
-        for row in rows
-    )
-    headings = ("state", "quantity", "largest", "limit", "limit/value", "source of the limit")
-    return Table(title, headings, cells, looks={0: "state"})
+    columns: dict[str, Callable[[CheckRow], str]] = {
+        "state": lambda row: (states or {}).get(row.state, row.state),
+        "quantity": lambda row: row.quantity,
+        "largest": lambda row: shown(row.value, row.unit),
+        "limit": lambda row: "" if row.limit is None else shown(row.limit, row.unit),
+        "limit/value": lambda row: "" if row.margin is None else f"{row.margin:.3g}",
+        "source of the limit": lambda row: row.source,
+    }
+    return Table.of(title, rows, columns, looks={0: "state"})
 
 
 ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")

@@ -5,21 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics import body_current
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.function import checked_values, declared_limits
 from electrovib.studies.check.result import LimitsSource, shown
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
 
 _LARGEST, _THROUGH = "largest voltage", "largest current through the finger"
 _PRESENT = "present series resistance"

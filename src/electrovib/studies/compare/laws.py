@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -229,11 +228,8 @@ class _Bench:
 
 
 def _warnings(trace: xarray.Dataset) -> tuple[str, ...]:
-    return tuple(
-        diagnostic["text"]
-        for diagnostic in json.loads(trace.attrs["validity"])
-        if diagnostic["state"] == "warning" and diagnostic["name"] != "discontinuity"
-    )
+    found = (each for each in diagnostics_of(trace) if each.state == "warning")
+    return tuple(each.text for each in found if each.name != "discontinuity")
 
 
 SAME = 0.02
@@ -249,40 +245,33 @@ def over_frequency(entries: Sequence[result.Entry], *, frequency: Real, voltage:
         for look, entry in enumerate(entries)
         if np.all(entry.mean > 0)
     ]
-    return Panel(
-        id="force_over_frequency",
-        title="Mean force over frequency",
-        caption=f"Time mean under a sine of {format_quantity(voltage, 'V')}, materials as declared.",
-        x=("frequency", "Hz"),
-        y=("mean electrostatic force", "N"),
-        curves=all_to_be_seen(curves),
-        log_x=True,
-        log_y=True,
+    caption = f"Time mean under a sine of {format_quantity(voltage, 'V')}, materials as declared."
+    x, y = ("frequency", "Hz"), ("mean electrostatic force", "N")
+    return _panel(
+        id="force_over_frequency", title="Mean force over frequency", caption=caption, x=x, y=y, curves=curves
     )
 
 
 def over_time(entries: Sequence[result.Entry], *, time: Real, voltage: float) -> Panel:
     """Return the figure of the response of each law that has one to a step of the height `voltage`."""
-    curves = []
-    for look, entry in enumerate(entries):
-        if len(entry.step):
-            floor = np.max(entry.step) * 1e-6
-            curves.append(Curve(label=entry.name, x=time[1:], y=np.maximum(entry.step[1:], floor), look=look))
+    curves = [
+        Curve(
+            label=entry.name, x=time[1:], y=np.maximum(entry.step[1:], np.max(entry.step) * 1e-6), look=look
+        )
+        for look, entry in enumerate(entries)
+        if len(entry.step)
+    ]
     caption = (
         f"After a step to {format_quantity(voltage, 'V')} from rest. The laws differ in time, not only in size: where a"
         " layer conducts, the field moves to the other layers. No value is drawn below a millionth of the largest of its"
         " law."
     )
-    return Panel(
-        id="force_over_time",
-        title="Step response",
-        caption=caption,
-        x=("time", "s"),
-        y=("electrostatic force", "N"),
-        curves=all_to_be_seen(curves),
-        log_x=True,
-        log_y=True,
-    )
+    x, y = ("time", "s"), ("electrostatic force", "N")
+    return _panel(id="force_over_time", title="Step response", caption=caption, x=x, y=y, curves=curves)
+
+
+def _panel(*, curves: Sequence[Curve], **how: Any) -> Panel:
+    return Panel(curves=all_to_be_seen(curves), log_x=True, log_y=True, **how)
 
 
 def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real) -> Panel:
@@ -303,7 +292,7 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
             label = f"{name}: air breaks down"
             if any(broken):
                 marks.append(Curve(label=label, x=values[broken], y=forces[broken], kind="points", look=look))
-    said = f"At the peak voltage of the drive, nothing conducting. {_sentence(quantity.doc)}"
+    said = f"At the peak voltage of the drive, nothing conducting. {quantity.doc[:1].upper()}{quantity.doc[1:].rstrip('.')}."
     if marks:
         said += " Points: there the air of the gap breaks down, so this force would not be measured."
     return Panel(
@@ -325,10 +314,6 @@ def _with(case: Scenario, path: str, value: float) -> Scenario:
         except InputError:
             return case
     return case.replace({path: value})
-
-
-def _sentence(words: str) -> str:
-    return f"{words[:1].upper()}{words[1:].rstrip('.')}."
 
 
 def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -14,7 +14,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
-from electrovib.core.diagnostics import STATES, Diagnostic, read_diagnostics
+from electrovib.core.diagnostics import STATES, Diagnostic, diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
@@ -36,18 +36,6 @@ AS_IT_IS: Final = "as it is"
 """Name of the entry with the scenario's own material."""
 _FREQUENCY = 1e3
 """At which permittivities are compared [Hz]."""
-HEADINGS: Final = (
-    "material",
-    "permittivity at 1 kHz",
-    "relaxation",
-    "largest attraction",
-    "largest field",
-    "strength",
-    "margin",
-    "margin, gap closed",
-    "breakdown",
-    "source status",
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,7 +220,7 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
     permittivity = float(material.bound_permittivity(np.array(_FREQUENCY)).real)
     trace = simulate(scenario)
     title = f"{FILM}, {layer}"
-    diagnostics = {each.name: each for each in read_diagnostics(trace.attrs["validity"])}
+    diagnostics = {each.name: each for each in diagnostics_of(trace)}
     rows = [breakdown_row(diagnostics[each]) for each in (title, title + GAP_CLOSED) if each in diagnostics]
     first = rows[0] if rows else None
     worst = max(
@@ -277,23 +265,18 @@ def _status(scenario: Scenario, layer: str) -> str:
 def _tables(
     layer: str, scenario: Scenario, entries: Sequence[MaterialEntry], left_out: dict[str, str]
 ) -> tuple[Table, ...]:
-    rows = tuple(
-        (
-            entry.name,
-            f"{entry.permittivity:.4g}",
-            _shown(entry.relaxation_time, "s", endless="no conduction"),
-            format_quantity(entry.force, "N", digits=4),
-            _shown(entry.field, "V/m"),
-            _shown(entry.strength, "V/m"),
-            *(
-                "not known" if math.isnan(each) else f"{each:.3g}"
-                for each in (entry.margin, entry.closed_margin)
-            ),
-            entry.breakdown,
-            entry.status,
-        )
-        for entry in entries
-    )
+    columns: dict[str, Callable[[MaterialEntry], str]] = {
+        "material": lambda entry: entry.name,
+        "permittivity at 1 kHz": lambda entry: f"{entry.permittivity:.4g}",
+        "relaxation": lambda entry: _shown(entry.relaxation_time, "s", endless="no conduction"),
+        "largest attraction": lambda entry: format_quantity(entry.force, "N", digits=4),
+        "largest field": lambda entry: _shown(entry.field, "V/m"),
+        "strength": lambda entry: _shown(entry.strength, "V/m"),
+        "margin": lambda entry: _margin_words(entry.margin),
+        "margin, gap closed": lambda entry: _margin_words(entry.closed_margin),
+        "breakdown": lambda entry: entry.breakdown,
+        "source status": lambda entry: entry.status,
+    }
     thickness = format_quantity(scenario.stack.layers[layer].thickness, "m")
     title = f"Materials of the layer '{layer}', {thickness} thick"
     caption = (
@@ -302,7 +285,7 @@ def _tables(
         " relaxation time, permittivity over conductivity; a voltage held for much longer reaches the finger through the"
         " layer. 'electrovib list NAME' lists the sources."
     )
-    found = [Table(title, HEADINGS, rows, caption=caption)]
+    found = [Table.of(title, entries, columns, caption=caption)]
     cautions = tuple((entry.name, entry.caution) for entry in entries if entry.caution)
     if cautions:
         found.append(Table("The attraction is reached only after a long time", ("material", "why"), cautions))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,15 +18,7 @@ from electrovib.physics.conduction import Conduction
 from electrovib.physics.force import ForceLaw, needed_layer
 from electrovib.scenario import PeriodicState, Scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.widths import (
-    ONE_FINGER,
-    TYPICAL_FACTORS,
-    UNFELT,
-    Width,
-    law_width,
-    missed_by,
-    sentences,
-)
+from electrovib.studies import widths
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,11 +83,11 @@ class Comparison(Answer):
         return validity(self.scenario)
 
     @property
-    def widths(self) -> tuple[Width, ...]:
+    def widths(self) -> tuple[widths.Width, ...]:
         """By what the force of the law to believe is uncertain on a finger."""
         best = believed(self.entries)
-        law = [] if best is None else [law_width(best.name, TYPICAL_FACTORS.get(best.name))]
-        return (*law, ONE_FINGER, UNFELT)
+        law = [] if best is None else [widths.law_width(best.name, widths.TYPICAL_FACTORS.get(best.name))]
+        return (*law, widths.ONE_FINGER, widths.UNFELT)
 
     @property
     def document(self) -> Document:
@@ -109,7 +101,7 @@ class Comparison(Answer):
         ]
         return Document(
             title=f"Force laws compared: {self.scenario.titled() or 'a stack'}",
-            sentences=[self.headline, *sentences(self.widths)],
+            sentences=[self.headline, *widths.sentences(self.widths)],
             diagnostics=self.diagnostics,
             figures=sorted(self.panels, key=lambda p: standard.index(p.id) if p.id in standard else -1),
             tables=self.tables,
@@ -118,16 +110,6 @@ class Comparison(Answer):
         )
 
 
-HEADINGS = (
-    "law",
-    "stress evaluated in",
-    "source status",
-    "static force",
-    "relative to the gap",
-    "50 us after a step",
-    "50 ms after",
-    "measured forces missed by",
-)
 STEADY = 0.01
 """Relative change up to which a force counts as constant."""
 IN_GAP = ("rough gap", "gap")
@@ -175,20 +157,17 @@ def _limit(scenario: Scenario, best: Entry) -> str:
 
 def tables(entries: Sequence[Entry], left_out: Mapping[str, str], scenario: Scenario) -> tuple[Table, ...]:
     """Return the table of forces, that of further limits exceeded and by which laws, and that of laws not compared."""
-    rows = tuple(
-        (
-            entry.name,
-            entry.evaluation_surface,
-            entry.status,
-            _force(entry.static) + (" (beyond breakdown)" if entry.breakdown else ""),
-            f"{entry.ratio:.4g}",
-            _force(entry.early),
-            _force(entry.late),
-            missed_by(entry.name),
-        )
-        for entry in entries
-    )
-    found = [Table("Every law on this stack", HEADINGS, rows)]
+    columns: dict[str, Callable[[Entry], str]] = {
+        "law": lambda entry: entry.name,
+        "stress evaluated in": lambda entry: entry.evaluation_surface,
+        "source status": lambda entry: entry.status,
+        "static force": lambda entry: _force(entry.static) + " (beyond breakdown)" * bool(entry.breakdown),
+        "relative to the gap": lambda entry: f"{entry.ratio:.4g}",
+        "50 us after a step": lambda entry: _force(entry.early),
+        "50 ms after": lambda entry: _force(entry.late),
+        "measured forces missed by": lambda entry: widths.missed_by(entry.name),
+    }
+    found = [Table.of("Every law on this stack", entries, columns)]
     stated = {each.text for each in validity(scenario)}  # stated for the scenario as a whole
     beyond = dict.fromkeys(text for entry in entries for text in _limits(entry) if text not in stated)
     if beyond:

@@ -6,28 +6,18 @@ import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.limits import MEAN_SQUARES, limited
 from electrovib.physics.perception import Perception
-from electrovib.studies import widths
-from electrovib.studies.check import (
-    CheckResult,
-    CheckRow,
-    DeclaredLimit,
-    LimitsFrom,
-    LimitsSource,
-    declared_limits,
-)
+from electrovib.scenario import Scenario
+from electrovib.studies import check, widths
 from electrovib.studies.check.amplifier import PLACE, own_limits
 from electrovib.studies.check.function import checked_values
 from electrovib.studies.design.search import CannotBeComputedError, Function, Point, crossing, has_ratio
+from electrovib.studies.design.wanted import Wanted
 from electrovib.studies.widths import Width
-
-if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
-    from electrovib.studies.design.wanted import Wanted
 
 _TRIES: Final = 4
 """Number of limits that can be found one behind the other between two values."""
@@ -36,12 +26,12 @@ _NEAR: Final = 0.01
 
 
 def several_limits(
-    limits: LimitsSource | Sequence[LimitsSource], scenario: Scenario
-) -> tuple[LimitsSource, ...]:
+    limits: check.LimitsSource | Sequence[check.LimitsSource], scenario: Scenario
+) -> tuple[check.LimitsSource, ...]:
     """Return further limits, of one place or several, as a sequence of places; a mistake in them is reported."""
     if isinstance(limits, str) or not isinstance(limits, Sequence):
         limits = [] if limits is None else [limits]
-    declared_limits(scenario, limits)
+    check.declared_limits(scenario, limits)
     return tuple(limits)
 
 
@@ -54,19 +44,19 @@ class Obtainable:
 
     value: float
     reached: float
-    row: CheckRow | None
+    row: check.CheckRow | None
 
 
 class Limited:
     """The limits as a function of the free parameter, of one experiment or several, each checked once at a value."""
 
-    def __init__(self, *checks: Callable[[float], CheckResult]) -> None:
+    def __init__(self, *checks: Callable[[float], check.CheckResult]) -> None:
         self._checks = checks
         self._order = list(range(len(checks)))
-        self._known: dict[tuple[int, float], CheckResult | None] = {}
+        self._known: dict[tuple[int, float], check.CheckResult | None] = {}
         self._problems: dict[float, str] = {}
 
-    def _of(self, place: int, at: float) -> CheckResult | None:
+    def _of(self, place: int, at: float) -> check.CheckResult | None:
         if (place, at) not in self._known:
             try:
                 self._known[place, at] = self._checks[place](at)
@@ -74,7 +64,7 @@ class Limited:
                 self._known[place, at], self._problems[at] = None, str(error.problems[0])
         return self._known[place, at]
 
-    def __call__(self, at: float) -> CheckResult | None:
+    def __call__(self, at: float) -> check.CheckResult | None:
         """Return the check that comes nearest to a limit, or exceeds it most; None where one cannot be made."""
         found = [self._of(place, at) for place in range(len(self._checks))]
         known = [each for each in found if each is not None]
@@ -84,12 +74,12 @@ class Limited:
         """Return why a check cannot be made; empty where all could be."""
         return self._problems.get(at, "")
 
-    def rows(self, at: float) -> list[CheckRow]:
+    def rows(self, at: float) -> list[check.CheckRow]:
         """Return the rows of all checks that can be made."""
         found = (self._of(place, at) for place in range(len(self._checks)))
         return [row for each in found if each is not None for row in each.rows]
 
-    def failed(self, at: float) -> tuple[CheckRow, ...]:
+    def failed(self, at: float) -> tuple[check.CheckRow, ...]:
         """Return the limits that are exceeded; empty also where the check cannot be made."""
         return tuple(row for row in self.rows(at) if row.forbids)
 
@@ -179,14 +169,14 @@ def _stepped_back(limited: Limited, at: float, allowed: float, names: set[str]) 
     return at
 
 
-def _share(row: CheckRow) -> float:
+def _share(row: check.CheckRow) -> float:
     """Return value over limit [1]; that of an unknown value is 0."""
     if row.value is None or not row.limit:
         return math.inf if row.forbids else 0.0
     return row.value / row.limit
 
 
-def _nearness(result: CheckResult) -> tuple[bool, float]:
+def _nearness(result: check.CheckResult) -> tuple[bool, float]:
     """Return whether a limit is exceeded, and the largest value over its limit [1]."""
     rows = result.forbidding or result.rows
     return bool(result.forbidding), max(map(_share, rows), default=0.0)
@@ -196,14 +186,14 @@ def _nearness(result: CheckResult) -> tuple[bool, float]:
 class Bounds:
     """The strictest declared limits of a drive, and its largest voltage without saturation of its amplifier [V]."""
 
-    declared: dict[str, DeclaredLimit]
+    declared: dict[str, check.DeclaredLimit]
     largest_drive: float
 
     @classmethod
-    def of(cls, scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource]) -> Bounds:
+    def of(cls, scenario: Scenario, limits: check.LimitsSource | Sequence[check.LimitsSource]) -> Bounds:
         """Return the strictest limits of a scenario, of its amplifier and of further places."""
-        several = [*several_limits(limits, scenario), LimitsFrom(PLACE, own_limits(scenario))]
-        return cls(declared_limits(scenario, several), scenario.circuit.supply.largest_input)
+        several = [*several_limits(limits, scenario), check.LimitsFrom(PLACE, own_limits(scenario))]
+        return cls(check.declared_limits(scenario, several), scenario.circuit.supply.largest_input)
 
     def value(self, name: str) -> float | None:
         """Return a limit in its unit, by its name in `Limits`; None if it is not declared."""

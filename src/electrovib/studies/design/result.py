@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -16,17 +16,15 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, json_text, plain, unsigned
+from electrovib.scenario import Scenario
 from electrovib.scenario.toml import to_toml
+from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
 from electrovib.studies.check.result import UNKNOWN, not_shown
+from electrovib.studies.design.limits import Obtainable
+from electrovib.studies.design.search import Function, Point, Root
+from electrovib.studies.design.wanted import Wanted
+from electrovib.studies.sensitivity import Elasticity
 from electrovib.studies.widths import Width, sentences
-
-if TYPE_CHECKING:
-    from electrovib.scenario import Scenario
-    from electrovib.studies.check import CheckResult, CheckRow, LimitsSource
-    from electrovib.studies.design.limits import Obtainable
-    from electrovib.studies.design.search import Function, Point, Root
-    from electrovib.studies.design.wanted import Wanted
-    from electrovib.studies.sensitivity import Elasticity
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

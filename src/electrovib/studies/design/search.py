@@ -10,15 +10,13 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.errors import ElectrovibError
-
-if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
 
 PER_DECADE: Final = 4
 """Values in a decade of a range that spans decades."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.tables import stored_changes
@@ -24,10 +25,6 @@ from electrovib.studies.design.result import DesignedParameter, Explored, FoundV
 from electrovib.studies.design.wanted import Evaluation, FreeSource, Wanted, WantSource, read_wanted
 from electrovib.studies.sensitivity import Elasticity, slope
 from electrovib.studies.widths import LEVEL, ONE_FINGER, Width
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-
 
 _CONSTANT: Final = 1e-12
 """Relative range of a quantity up to which it does not depend on the parameter."""

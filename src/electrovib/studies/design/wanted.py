@@ -6,26 +6,23 @@ import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError, allowed, budget
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, gathered, shortened
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.quantity import Quantity
 from electrovib.core.units import expected, format_quantity, parse_quantity
+from electrovib.scenario import Scenario
 from electrovib.solve.effort import last_time
 from electrovib.solve.meter import clock
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared
 from electrovib.studies.sweep import felt, read_quantities
-
-if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario import Scenario
-
 
 WantSource: TypeAlias = "str | Mapping[str, str | float | Sequence[str | float]]"
 """A wanted quantity as text, or its name with its value or its band."""

@@ -19,8 +19,7 @@ from electrovib.data.atomic import csv_text
 from electrovib.scenario.space.reading import read_space
 from electrovib.studies.evidence.measurement import Measurement, numbers_of
 from electrovib.studies.evidence.predicted import ModelPrediction, candidates, set_up, values_of
-from electrovib.studies.evidence.score import NOTHING, Score, judge
-from electrovib.studies.evidence.standing import typical_factor
+from electrovib.studies.evidence.standing import NOTHING, Score, judge, typical_factor
 
 LEAST: Final = 5.0
 """Effective number of draws below which a calibration is not trusted."""
@@ -185,23 +184,23 @@ def sentence(found: Sequence[Calibrated]) -> str:
 
 def table(found: Sequence[Calibrated]) -> Table:
     """Set every candidate without and with its calibration side by side."""
-    columns: dict[str, Callable[[Score], str]] = {
-        "typical factor": lambda each: f"{_factor(each):.3g}",
-        "width": lambda each: f"{each.width:.2f}",
-        "within 90 %": lambda each: f"{100 * each.covered:.0f} %",
-        "score": lambda each: f"{each.score:.2f}",
+
+    def both(number: Callable[[Score], str]) -> Callable[[Calibrated], str]:
+        return lambda each: f"{number(each.prior)} → {number(each.score) if each.score else '–'}"
+
+    columns: dict[str, Callable[[Calibrated], str]] = {
+        "measurement": lambda each: each.measurement,
+        "calibrated by": lambda each: each.by,
+        "law or model": lambda each: each.model,
+        "typical factor": both(lambda each: f"{_factor(each):.3g}"),
+        "width": both(lambda each: f"{each.width:.2f}"),
+        "within 90 %": both(lambda each: f"{100 * each.covered:.0f} %"),
+        "score": both(lambda each: f"{each.score:.2f}"),
+        "effective draws, or why not": lambda each: each.why or f"{each.effective:.3g} of {each.draws}",
     }
-    rows = tuple(
-        (
-            *(each.measurement, each.by, each.model),
-            *(f"{text(each.prior)} → {text(each.score) if each.score else '–'}" for text in columns.values()),
-            each.why or f"{each.effective:.3g} of {each.draws}",
-        )
-        for each in found
-    )
-    headings = ("measurement", "calibrated by", "law or model", *columns, "effective draws, or why not")
     caption = "Before, with what is not printed drawn from its ranges → after, weighted by what calibrates."
-    return Table("Calibrated predictions", headings, rows, caption=caption, looks={7: "words"}, folded=True)
+    looks = {7: "words"}
+    return Table.of("Calibrated predictions", found, columns, caption=caption, looks=looks, folded=True)
 
 
 def _factor(each: Score) -> float:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from electrovib.core.budget import each_item
 from electrovib.core.errors import InputError
@@ -12,17 +11,12 @@ from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.evidence.calibrated import calibrated_predictions
-from electrovib.studies.evidence.challenge import refuse_idle, submitted
+from electrovib.studies.evidence.challenge import read_submissions, refuse_idle, submitted
 from electrovib.studies.evidence.files import measurements
 from electrovib.studies.evidence.measurement import Measurement
-from electrovib.studies.evidence.null import null_predictions
-from electrovib.studies.evidence.predicted import DRAWS, NUMBERS, WIDTHS, predict
+from electrovib.studies.evidence.predicted import DRAWS, NUMBERS, WIDTHS, null_predictions, predict
 from electrovib.studies.evidence.result import Evidence, nobody
-from electrovib.studies.evidence.score import judge
-from electrovib.studies.evidence.submission import read_submissions
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from electrovib.studies.evidence.standing import judge
 
 
 def evidence(

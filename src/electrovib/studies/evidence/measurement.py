@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.citation import STATUSES, UNVERIFIED
 from electrovib.core.errors import InputError, gathered, nearest
 from electrovib.core.paths import quantity_at, words_at
@@ -16,9 +17,6 @@ from electrovib.core.units import KINDS
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.scenario import Scenario
 from electrovib.solve.quantities.names import read_name
-
-if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
 
 PRINTED, DATA, FIGURE, QUOTED = "printed", "data file", "read from a figure", "quoted by others"
 HOW: Final = (PRINTED, DATA, FIGURE, QUOTED)
@@ -124,33 +122,21 @@ class Measurement:
         """Refuse a measurement that cannot be scored: all mistakes at once."""
         counts = [len(self.values), len(self.spread), len(self.at) if self.over else 1]
         numbers = np.array([*self.values, *self.spread])
-        wrong_numbers = numbers[~((numbers > 0) & np.isfinite(numbers))]
-        problems = [
-            message
-            for wrong, message in (
-                (
-                    len(set(counts)) != 1 or not self.values,
-                    "values, spread and at need one number for each point; they have {}, {} and {}".format(
-                        *counts
-                    ),
-                ),
-                (
-                    wrong_numbers.size,
-                    f"values and spread are positive numbers, unlike {[*wrong_numbers, 0][0]:g}",
-                ),
-                (self.bound not in BOUNDS, f"bound = '{self.bound}': '{AT_LEAST}' or '{AT_MOST}', or none"),
-                (self.how not in HOW, f"how = '{self.how}': one of {', '.join(HOW)}"),
-                (
-                    self.spread_of not in SPREADS,
-                    f"spread_of = '{self.spread_of}': one of {', '.join(SPREADS)}",
-                ),
-                (
-                    self.status not in STATUSES or self.status in {UNVERIFIED, "derived"},
-                    f"status = '{self.status}': a measurement was read, it is neither derived nor cited from memory",
-                ),
-            )
-            if wrong
-        ]
+        wrong = numbers[~((numbers > 0) & np.isfinite(numbers))].tolist()
+        problems = list[str]()
+        if len(set(counts)) != 1 or not self.values:
+            each = "values, spread and at need one number for each point; they have {}, {} and {}"
+            problems.append(each.format(*counts))
+        if wrong:
+            problems.append(f"values and spread are positive numbers, unlike {wrong[0]:g}")
+        if self.bound not in BOUNDS:
+            problems.append(f"bound = '{self.bound}': '{AT_LEAST}' or '{AT_MOST}', or none")
+        for name, known in (("how", HOW), ("spread_of", SPREADS)):
+            if (given := getattr(self, name)) not in known:
+                problems.append(f"{name} = '{given}': one of {', '.join(known)}")
+        if self.status not in STATUSES or self.status in {UNVERIFIED, "derived"}:
+            why = "a measurement was read, it is neither derived nor cited from memory"
+            problems.append(f"status = '{self.status}': {why}")
         problems += _calibration_problems(self)
         with gathered(problems):
             if not callable(self.quantity):

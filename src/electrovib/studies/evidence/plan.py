@@ -6,12 +6,13 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, refuse
 from electrovib.core.mistakes import near_members
@@ -19,7 +20,7 @@ from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.atomic import Form, csv_text
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.scenario.space.reading import read_space
+from electrovib.scenario.space.reading import SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter
 from electrovib.solve.prepare import prepare
@@ -27,10 +28,6 @@ from electrovib.solve.quantities.names import read_name
 from electrovib.studies.check import check
 from electrovib.studies.evidence.predicted import NUMBERS
 from electrovib.studies.sweep import parse_over, point_words
-
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.scenario.space.reading import SpaceSource
 
 REPEATS: Final = tuple(2**power for power in range(13))
 """Numbers of repeats at each point that are tried, up to 4096."""
@@ -79,6 +76,7 @@ class ExperimentPlan(Answer):
     @property
     def document(self) -> Document:
         """The best experiment, the others, and the odds over the repeats."""
+        unit = read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
         return Document(
             title=f"Which experiment tells {' from '.join(self.laws)}",
             sentences=self._sentences,
@@ -87,17 +85,13 @@ class ExperimentPlan(Answer):
             figures=[self._figure],
             remarks=[
                 f"Measured: {self.quantity}, with a deviation of {100 * self.noise[0]:.3g} % and"
-                f" {format_quantity(self.noise[1], self._unit, digits=3)} in each repeat. What the space leaves open is the same"
+                f" {format_quantity(self.noise[1], unit, digits=3)} in each repeat. What the space leaves open is the same"
                 " in all repeats. Odds are expected over the space and the noise, for the law that needs more."
             ],
             pages=[Table("Left out", ("point", "why"), tuple(self.left_out.items()), folded=True)]
             if self.left_out
             else [],
         )
-
-    @property
-    def _unit(self) -> str:
-        return read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
 
     @property
     def _sentences(self) -> list[str]:

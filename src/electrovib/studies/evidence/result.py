@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 from typing import Any, ClassVar, Final
 
@@ -15,20 +15,12 @@ from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Drawing, 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
 from electrovib.data.atomic import Form, csv_text
-from electrovib.studies.evidence import challenge
+from electrovib.studies.evidence import challenge, standing
 from electrovib.studies.evidence.calibrated import Calibrated, csv_of, sentence, table
+from electrovib.studies.evidence.challenge import Submission
 from electrovib.studies.evidence.measurement import HOW, Measurement, numbers_of
-from electrovib.studies.evidence.null import NULLS
-from electrovib.studies.evidence.score import LEVEL, Score
-from electrovib.studies.evidence.standing import (
-    NARROW,
-    CommonSet,
-    Standing,
-    comparisons,
-    several,
-    shown_first,
-)
-from electrovib.studies.evidence.submission import Submission
+from electrovib.studies.evidence.predicted import NULLS
+from electrovib.studies.evidence.standing import CommonSet, Score, Standing, several
 
 WORST: Final = 5
 """Groups of people whose worst failure is stated."""
@@ -128,7 +120,9 @@ class Evidence(Answer):
     def comparisons(self) -> tuple[CommonSet, ...]:
         """Candidates of each place on the measurements that all of them predict, force laws first."""
         return tuple(
-            each for place in self._places for each in comparisons(place, self.judging(place), self.nulls)
+            each
+            for place in self._places
+            for each in standing.comparisons(place, self.judging(place), self.nulls)
         )
 
     def sides(self, entered: Submission) -> dict[str, list[CommonSet]]:
@@ -142,7 +136,7 @@ class Evidence(Answer):
         return [
             name
             for name, each in found.items()
-            if any(one.covered == 1 and one.width < NARROW for one in each)
+            if any(one.covered == 1 and one.width < standing.NARROW for one in each)
             and any(one.covered < 1 for one in each)
         ]
 
@@ -160,7 +154,7 @@ class Evidence(Answer):
     @property
     def can_be_missed(self) -> frozenset[tuple[str, ...]]:
         """Numbers for which the interval of some candidate spans less than a decade."""
-        return frozenset(key for each in self.scores if each.width < NARROW for key in each.numbers)
+        return frozenset(key for each in self.scores if each.width < standing.NARROW for key in each.numbers)
 
     @property
     def _groups(self) -> set[str]:
@@ -194,7 +188,7 @@ class Evidence(Answer):
         return (
             f"{each.measurement} ({of.title}): the best, {each.model}, gives {_rounded(each.ratio)} of what was measured"
             f" ({_rounded(each.low)} to {_rounded(each.high)}) and covers {100 * each.covered:.0f} %"
-            f" of {_points(len(of.values))}."
+            f" of {'its value' if len(of.values) == 1 else f'its {len(of.values)} values'}."
             f"{' ' if of.cause else ''}{of.cause}"
         )
 
@@ -210,18 +204,14 @@ class Evidence(Answer):
 
     @property
     def _failures(self) -> Table:
-        rows = tuple(
-            (
-                each.measurement,
-                each.model,
-                f"{100 * each.covered:.0f} %",
-                _rounded(each.ratio),
-                f"{_rounded(each.low)} to {_rounded(each.high)}",
-            )
-            for each in self.failures
-        )
-        headings = ("measurement", "best", "within 90 %", "predicted/measured", "90 % of the draws")
-        return Table("Measurements that no law or model covers whole", headings, rows)
+        columns: dict[str, Callable[[Score], str]] = {
+            "measurement": lambda each: each.measurement,
+            "best": lambda each: each.model,
+            "within 90 %": lambda each: f"{100 * each.covered:.0f} %",
+            "predicted/measured": lambda each: _rounded(each.ratio),
+            "90 % of the draws": lambda each: f"{_rounded(each.low)} to {_rounded(each.high)}",
+        }
+        return Table.of("Measurements that no law or model covers whole", self.failures, columns)
 
     @property
     def _causes(self) -> Table:
@@ -249,7 +239,7 @@ class Evidence(Answer):
     @property
     def _overview(self) -> Drawing:
         """Prediction over measured, for every measurement, the best laws and the best null model, with their intervals."""
-        found = shown_first(self.comparisons)
+        found = standing.shown_first(self.comparisons)
         names = [each.model for each in found.standings]
         shown = dict.fromkeys([*names[:BEST], *([USUAL] if USUAL in names else []), found.null])
         rows = {
@@ -273,28 +263,24 @@ class Evidence(Answer):
 
     @property
     def _all(self) -> Table:
-        rows = tuple(self._row(name, each) for name, each in self.measured.items())
-        headings: tuple[str, ...] = (
-            *(
-                "measurement",
-                "what",
-                "on",
-                "group",
-                "values",
-                "numbers",
-                "how it came here",
-                "largest spread",
-            ),
-            *("best", "note"),
-        )
-        return Table("Measurements", headings, rows, folded=True)
+        def best(name: str) -> str:
+            found = self.of(name)
+            return f"{found[0].model} ({_number(found[0].score)})" if found else "none"
 
-    def _row(self, name: str, each: Measurement) -> tuple[str, ...]:
-        found = self.of(name)
-        best = f"{found[0].model} ({_number(found[0].score)})" if found else "none"
-        how, spread = f"{each.how}, {each.status}", f"{100 * max(each.spread):.2g} %, {each.spread_of}"
-        counts = (f"{each.bound} {len(each.values)}".strip(), str(len(numbers_of(name, each))))
-        return (name, each.title, each.on, each.group, *counts, how, spread, best, each.note)
+        of = self.measured
+        columns: dict[str, Callable[[str], str]] = {
+            "measurement": lambda name: name,
+            "what": lambda name: of[name].title,
+            "on": lambda name: of[name].on,
+            "group": lambda name: of[name].group,
+            "values": lambda name: f"{of[name].bound} {len(of[name].values)}".strip(),
+            "numbers": lambda name: str(len(numbers_of(name, of[name]))),
+            "how it came here": lambda name: f"{of[name].how}, {of[name].status}",
+            "largest spread": lambda name: f"{100 * max(of[name].spread):.2g} %, {of[name].spread_of}",
+            "best": best,
+            "note": lambda name: of[name].note,
+        }
+        return Table.of("Measurements", of, columns, folded=True)
 
     @property
     def _beyond(self) -> Table:
@@ -329,38 +315,24 @@ class Evidence(Answer):
 
 
 def _standings(found: CommonSet) -> Table:
-    rows = tuple(
-        (
-            each.model,
-            _number(each.skill) if each.has_skill else f"none: {_number(each.skill)}",
-            _from_to(each.low, each.high),
-            _from_to(each.least, each.most),
-            f"{each.first} to {each.last}",
-            _number(each.narrow),
-            _number(each.wide),
-            f"{each.can_miss}",
-            f"{each.width:.1f}",
-            f"{100 * each.covered:.0f} %",
-            _rounded(each.ratio),
-            _rounded(each.off, digits=3),
-            _number(each.shape),
-        )
-        for each in found.standings
-    )
-    headings: tuple[str, ...] = (
-        *(
-            "law or model",
-            "skill",
-            f"{100 * LEVEL:.0f} % of it",
-            "one group less",
-            "rank there",
-            "half as wide",
-        ),
-        *("twice as wide", "can miss", "width", f"within {100 * LEVEL:.0f} %", "predicted/measured"),
-        *("typical factor", "shape"),
-    )
+    columns: dict[str, Callable[[Standing], str]] = {
+        "law or model": lambda each: each.model,
+        "skill": lambda each: f"{'' if each.has_skill else 'none: '}{_number(each.skill)}",
+        f"{100 * standing.LEVEL:.0f} % of it": lambda each: _from_to(each.low, each.high),
+        "one group less": lambda each: _from_to(each.least, each.most),
+        "rank there": lambda each: f"{each.first} to {each.last}",
+        "half as wide": lambda each: _number(each.narrow),
+        "twice as wide": lambda each: _number(each.wide),
+        "can miss": lambda each: f"{each.can_miss}",
+        "width": lambda each: f"{each.width:.1f}",
+        f"within {100 * standing.LEVEL:.0f} %": lambda each: f"{100 * each.covered:.0f} %",
+        "predicted/measured": lambda each: _rounded(each.ratio),
+        "typical factor": lambda each: _rounded(each.off, digits=3),
+        "shape": lambda each: _number(each.shape),
+    }
     title = f"{_of_place(found)}: {_common_set(found)}; skill over '{found.null}'"
-    return Table(title, headings, rows, looks=dict.fromkeys(range(1, len(headings)), "number"))
+    looks = dict.fromkeys(range(1, len(columns)), "number")
+    return Table.of(title, found.standings, columns, looks=looks)
 
 
 def _skills(found: CommonSet) -> str:
@@ -439,10 +411,6 @@ def nobody(refused: Mapping[str, str]) -> str:
 def _rounded(value: float, *, digits: int = 2) -> str:
     """Write 160 and not 1.6e+02."""
     return f"{float(f'{value:.{digits}g}'):g}"
-
-
-def _points(count: int) -> str:
-    return "its value" if count == 1 else f"its {count} values"
 
 
 def _number(value: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import xarray
 
@@ -14,28 +14,17 @@ from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.signals import is_study_result
 from electrovib.data.atomic import Form
 from electrovib.studies.catalogue.found import HEADINGS, SHARE, distributions_in
-from electrovib.studies.population.result import (
-    NOT_JUDGED,
-    bands_csv,
-    method_words,
-    nominal_words,
-    signal_words,
-    width_words,
-)
-
-if TYPE_CHECKING:
-    pass
+from electrovib.studies.population import result
 
 _SIZE: Final = (9.4, 3.8)
 """Width and height of a figure of the page [inch]."""
-"""Keys of the table of a distribution that are not its numbers."""
 
 
 def study_document(found: xarray.Dataset, *, title: str | None = None) -> Document:
     """Say what a study has found."""
     names = [str(each) for each in found.attrs["signals"]]
-    words = [line for name in names for line in signal_words(found, name)]
-    words += width_words(found) + nominal_words(found)
+    words = [line for name in names for line in result.signal_words(found, name)]
+    words += result.width_words(found) + result.nominal_words(found)
     of = [f"Scenario: {found.attrs['title']}"] if found.attrs["title"] else []
     return Document(
         title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
@@ -45,8 +34,8 @@ def study_document(found: xarray.Dataset, *, title: str | None = None) -> Docume
         figures=[each for name in names for each in _figures(found, name)],
         remarks=[
             *of,
-            *method_words(found),
-            NOT_JUDGED,
+            *result.method_words(found),
+            result.NOT_JUDGED,
             *(f"note: {each}" for each in found.attrs["space_remarks"]),
         ],
         pages=[
@@ -60,7 +49,7 @@ def study_document(found: xarray.Dataset, *, title: str | None = None) -> Docume
 
 def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[Drawing]:
     """Draw the bands of each signal of a study with the runs and recordings of a report over them."""
-    lines = [*width_words(found), *nominal_words(found), *warning_lines(diagnostics_of(found))]
+    lines = [*result.width_words(found), *result.nominal_words(found), *warning_lines(diagnostics_of(found))]
     caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
     return [
         _drawing(found, str(name), "bands", caption=caption, beside=beside) for name in found.attrs["signals"]
@@ -154,7 +143,7 @@ class StudyResult(Answer, xarray.Dataset):  # type: ignore[no-untyped-call] # __
     def content(self, name: str) -> str:
         """Write the bands as CSV."""
         del name
-        return bands_csv(self)
+        return result.bands_csv(self)
 
     def __repr__(self) -> str:
         return super().__repr__() if self._is_whole else xarray.Dataset.__repr__(self)

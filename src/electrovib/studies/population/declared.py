@@ -125,19 +125,16 @@ def read_study(
         )
     with gathered(problems):
         checked_seed(seed)
-    shares, thresholds, memory = tuple[float, ...](), dict[str, tuple[float, ...]](), 0.0
     with gathered(problems):
         shares = _percentiles(percentiles)
     with gathered(problems):
         thresholds = {} if _signal_problems(names) else _thresholds(names, exceed)
     with gathered(problems):
         memory = amount_of_memory("budget_memory", budget_memory)
-    found, described = None, None
     with gathered(problems):
         found = read_scenario(scenario)
         described = read_space(found, space)
-    if problems or found is None or described is None:
-        raise InputError(problems)
+    refuse(problems)
     return DeclaredStudy(
         scenario=found,
         space=described,

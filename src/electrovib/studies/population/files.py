@@ -7,21 +7,18 @@ import json
 import math
 import os
 import re
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.parsing import read_json
 from electrovib.core.units import unit_in_files
 from electrovib.data.atomic import WRITTEN_BY, Form, is_ours, unsigned, write_text, writing
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
-    from numpy.typing import NDArray
 
 METADATA: Final = "zarr.json"
 """Name of the file that describes a group or an array."""

@@ -20,17 +20,9 @@ from electrovib.studies.check import CheckResult, cleared_for_output, not_shown,
 from electrovib.studies.design.drive.target import force_panel
 from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.result import Designed
+from electrovib.studies.texture import set_up
 from electrovib.studies.texture.reading import PathSource, TextureSource, read_path
-from electrovib.studies.texture.set_up import (
-    FREQUENCY,
-    IN_CYCLE,
-    RAMP,
-    AllLimits,
-    Amount,
-    RenderingSetUp,
-    Synthesis,
-    amount,
-)
+from electrovib.studies.texture.set_up import AllLimits, Amount, Synthesis
 from electrovib.studies.texture.stream import TextureStream
 from electrovib.studies.waveform import MOST_POINTS
 
@@ -149,9 +141,9 @@ def texture_drive(
     texture: TextureSource,
     path: PathSource,
     carrier: Amount | None = None,
-    frequency: Amount = FREQUENCY,
+    frequency: Amount = set_up.FREQUENCY,
     rate: Amount | None = None,
-    ramp: Amount = RAMP,
+    ramp: Amount = set_up.RAMP,
     limits: AllLimits = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
 ) -> TextureDrive:
@@ -202,7 +194,7 @@ def texture_drive(
     >>> f"misfit {found.misfit:.2%}"
     'misfit 0.18%'
     """
-    found = RenderingSetUp.read(scenario, texture, set, limits, "the drive of a texture")
+    found = set_up.RenderingSetUp.read(scenario, texture, set, limits, "the drive of a texture")
     followed = read_path(path, found.texture)
     synthesis = found.synthesis(carrier, frequency, ramp, rate, fastest=1e8)
     lasting = followed.duration + synthesis.hardware.ramp
@@ -325,10 +317,10 @@ def texture_stream(
     *,
     texture: TextureSource,
     carrier: Amount | None = None,
-    frequency: Amount = FREQUENCY,
+    frequency: Amount = set_up.FREQUENCY,
     rate: Amount = 10e3,
     block: Amount = 1e-3,
-    ramp: Amount = RAMP,
+    ramp: Amount = set_up.RAMP,
     dimensions: int = 1,
     longest: Amount = LONGEST,
     limits: AllLimits = None,
@@ -375,7 +367,7 @@ def texture_stream(
     >>> len(stream.render(position=0.001, time=0.001))
     10
     """
-    found = RenderingSetUp.read(scenario, texture, set, limits, "a stream of a texture")
+    found = set_up.RenderingSetUp.read(scenario, texture, set, limits, "a stream of a texture")
     if unbounded := [name for name in found.declared if name not in BOUNDED]:
         raise InputError(
             "a stream cannot be compared with this limit; compute the drive of a path with electrovib.texture_drive, which is",
@@ -384,8 +376,8 @@ def texture_stream(
     if dimensions not in (1, 2):
         raise InputError("must be 1 or 2", path="dimensions", value=str(dimensions))
     synthesis = found.synthesis(carrier, frequency, ramp, rate, fastest=1e7)
-    span = amount(block, "s", "block", low=1 / synthesis.rate, high=1.0)
-    lasting = amount(longest, "s", "longest", low=1e-3, high=86400.0)
+    span = set_up.amount(block, "s", "block", low=1 / synthesis.rate, high=1.0)
+    lasting = set_up.amount(longest, "s", "longest", low=1e-3, high=86400.0)
     check = _cleared(found.scenario, synthesis, limits)
     return TextureStream(
         synthesis, block=round(span * synthesis.rate), dimensions=dimensions, longest=lasting, check=check
@@ -396,7 +388,7 @@ def _cleared(scenario: Scenario, synthesis: Synthesis, limits: AllLimits) -> Che
     """Check a burst at the largest amplitude, or refuse the stream."""
     hardware = synthesis.hardware
     held = max(_CHECKED, 5 / hardware.carrier) if hardware.carrier else _CHECKED
-    step = 1 / (IN_CYCLE * hardware.carrier) if hardware.carrier else hardware.ramp
+    step = 1 / (set_up.IN_CYCLE * hardware.carrier) if hardware.carrier else hardware.ramp
     count = round((held + 2 * hardware.ramp) / step) + 1
     times = np.arange(count, dtype=np.float64) * np.float64(step)
     envelope = np.minimum(1.0, np.minimum(times, times[-1] - times) / hardware.ramp)

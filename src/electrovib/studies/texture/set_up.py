@@ -6,10 +6,11 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, number_in
 from electrovib.physics.texture.base import RenderingPlate, Texture
@@ -19,10 +20,6 @@ from electrovib.studies.check import DeclaredLimit, LimitsSource, declared_limit
 from electrovib.studies.design.drive.carrier import carrier_gain
 from electrovib.studies.texture.reading import TextureSource, read_texture
 from electrovib.studies.texture.stream import added_friction
-
-if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
-
 
 _ROUNDED: Final = 1e-9
 """Relative excess that counts as rounding."""

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from electrovib.core.answer import Curve, Panel
     from electrovib.core.arrays import Real
     from electrovib.studies.check import CheckResult
-    from electrovib.studies.design.plate import PlateCandidate, PlateDesign
+    from electrovib.studies.design.plate.function import PlateCandidate
+    from electrovib.studies.design.plate.result import PlateDesign
     from electrovib.studies.sensitivity import Sensitivity
 
 SIZE: Final = (7.2, 4.4)

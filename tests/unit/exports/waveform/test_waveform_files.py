@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.data.atomic import left_by_a_kill
 from electrovib.data.readers.wave_audio import read_wave
 from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
-from electrovib.studies.check import read_drive
+from electrovib.studies.check.function import read_drive
 from electrovib.studies.waveform import sampling_error, waveform
 
 FIG6 = "vezzoli_2014/fig6"

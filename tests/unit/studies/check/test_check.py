@@ -17,9 +17,9 @@ from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import WORDS, Limits, limited
 from electrovib.solve.diagnostics.judge import discontinuities
 from electrovib.solve.quantities.answer import of_record
-from electrovib.studies.check import LimitsFrom, cleared_for_output, limits_from, sampled, strictest
+from electrovib.studies.check import LimitsFrom, cleared_for_output, sampled
 from electrovib.studies.check.function import checked_values
-from electrovib.studies.check.result import LINES_TO_ADD
+from electrovib.studies.check.result import LINES_TO_ADD, limits_from, strictest
 from electrovib.studies.design.limits import Bounds
 
 FIG6 = "vezzoli_2014/fig6"

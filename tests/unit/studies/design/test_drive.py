@@ -13,10 +13,11 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.studies.check import cleared_for_output
-from electrovib.studies.design.drive import drive_for_force, read_target
 from electrovib.studies.design.drive.carrier import carrier_gain, chosen_carrier
 from electrovib.studies.design.drive.direct import Trade, best_factor
 from electrovib.studies.design.drive.direct import _held as held_start
+from electrovib.studies.design.drive.function import drive_for_force
+from electrovib.studies.design.drive.target import read_target
 from electrovib.studies.design.limits import Bounds
 
 FIG6, GAP, FIG7 = "vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "vezzoli_2014/fig7"

@@ -17,8 +17,8 @@ from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.exports.save import write_design
-from electrovib.studies.design.plate import pareto_set
 from electrovib.studies.design.plate.function import PERCEIVED
+from electrovib.studies.design.plate.result import pareto_set
 from electrovib.view.pages import drawn, html
 
 PERMITTIVITY, GAP, AREA, STRENGTH = 3.0, 20e-6, 1e-4, 20e6

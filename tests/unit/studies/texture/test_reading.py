@@ -6,7 +6,7 @@ from PIL import Image
 
 from electrovib.core.errors import InputError
 from electrovib.physics.texture.profile import GreyscalePicture
-from electrovib.studies.texture import read_path, read_texture
+from electrovib.studies.texture.reading import read_path, read_texture
 
 INLINE = '{ model = "Grating", period = "2 mm", amplitude = "1 mN" }'
 GRATING = read_texture(INLINE)

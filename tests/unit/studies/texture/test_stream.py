@@ -16,8 +16,8 @@ from electrovib.core.errors import InputError
 from electrovib.physics.texture.path import FingerPath
 from electrovib.scenario import read_part
 from electrovib.studies.check import sampled, with_drive
-from electrovib.studies.texture import StreamClosedError
 from electrovib.studies.texture.set_up import current_bound
+from electrovib.studies.texture.stream import StreamClosedError
 
 PLATE = "vezzoli_2014/fig6"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}

@@ -13,7 +13,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.texture.base import Texture
-from electrovib.studies.texture import StreamClosedError
+from electrovib.studies.texture.stream import StreamClosedError
 
 PLATE = "vezzoli_2014/fig6"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}

@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
+from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.current import CurrentAmplifier
 from electrovib.physics.drive.sampled import Sampled
 from electrovib.scenario import Scenario, TimeGrid
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.expanded import FORCE, Expanded
 from electrovib.solve.stack.expand import behind_amplifier, phasors
+from electrovib.studies.design.drive.target import Target
 from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from electrovib.core.arrays import Real
-    from electrovib.physics.drive.base import Drive
-    from electrovib.studies.design.drive.target import Target
-
 
 _PROBES: Final = (1.0, 100.0)
 """Amplitudes of the drive at which the mean force is compared with the square of the amplitude [V or A]."""
@@ -71,7 +66,12 @@ def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
     section = behind_amplifier(scenario, phasors(scenario, axis))
     first, later = (mean_force(scenario, section, amplitude=probe) / probe**2 for probe in _PROBES)
     if np.any(np.abs(later - first) > _SAME * np.abs(first)):
-        raise _not_of_second_degree(scenario)
+        contact, law = type(scenario.contact).__name__, type(scenario.force).__name__
+        raise InputError(
+            f"the force of {law} on {contact} is not proportional to the square of the drive"
+            f" ({_PROBES[0]:g} and {_PROBES[1]:g} compared), so it has no gain; use contact.model = 'FixedArea' and a law of"
+            " second degree"
+        )
     amplifier, area = scenario.circuit.amplifier, scenario.contact_area
     body = np.abs(section.current_density * area)
     if scenario.drive.quantity == "current":
@@ -112,16 +112,6 @@ def refuse_nonlinear(scenario: Scenario) -> None:
             " omit the renewal of the film"
         )
     refuse(problems)
-
-
-def _not_of_second_degree(scenario: Scenario) -> InputError:
-    """Return the error for a force that is not proportional to the square of the drive."""
-    contact, law = type(scenario.contact).__name__, type(scenario.force).__name__
-    return InputError(
-        f"the force of {law} on {contact} is not proportional to the square of the drive"
-        f" ({_PROBES[0]:g} and {_PROBES[1]:g} compared), so it has no gain; use contact.model = 'FixedArea' and a law of"
-        " second degree"
-    )
 
 
 SENSE: Final = 1e3

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from electrovib.core.arrays import Indices, Real
 from electrovib.core.errors import InputError
 from electrovib.physics.limits import limited
+from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.studies.check.series import plate_capacitance
 from electrovib.studies.design.drive.carrier import FoundDrive, Played, carrier_gain, refuse_nonlinear
+from electrovib.studies.design.drive.target import Target
 from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from electrovib.core.arrays import Indices, Real
-    from electrovib.scenario import Scenario
-    from electrovib.studies.design.drive.target import Target
-
 
 MOST_UNKNOWNS: Final = 80
 """Most values of the factor that are free; a choice."""

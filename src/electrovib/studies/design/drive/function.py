@@ -6,11 +6,13 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.answer import Document
+from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.current import CurrentSine
@@ -25,12 +27,6 @@ from electrovib.studies.design.drive.target import Target, TargetSource, force_p
 from electrovib.studies.design.limits import Bounds, several_limits
 from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import read_number
-
-if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.physics.drive.base import Drive
-
 
 METHODS: Final = {
     "dc": "a slow voltage without a carrier, by the inverse of root, leak and dispersion",
@@ -104,7 +100,12 @@ def drive_for_force(
     if method == "dc" and frequency is not None:
         raise InputError("method 'dc' has no carrier; omit it, or take another method", path="carrier")
     bounds = Bounds.of(base, limits)
-    own = base.model_copy(update={"drive": _quantity(method)})
+    prescribed = (
+        CurrentSine(amplitude=1e-6, frequency=1e3)
+        if method == "current"
+        else Sine(amplitude=1.0, frequency=1e3)
+    )
+    own = base.model_copy(update={"drive": prescribed})  # which the design replaces
     linear = without_its_limits(own, LARGEST)
     if method == "dc":
         found = design_direct(linear, wanted, bounds, rate=samples)
@@ -131,13 +132,6 @@ def _predicted(played: Played, found: FoundDrive) -> Real:
     width = round(float(edges[1] - edges[0]) * played.rate)
     first = round(float(edges[0]) * played.rate)
     return played.means(played.force(found.values), first, len(edges) - 1, width)
-
-
-def _quantity(method: str) -> Drive:
-    """Return a drive of the quantity that a method prescribes; it is replaced by the design."""
-    if method == "current":
-        return CurrentSine(amplitude=1e-6, frequency=1e3)
-    return Sine(amplitude=1.0, frequency=1e3)
 
 
 TRACKED: Final = 0.01

@@ -7,20 +7,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from electrovib.core.answer import REFERENCE, Curve, Panel
+from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.studies.check import first_columns
 from electrovib.studies.design.wanted import read_number
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from electrovib.core.arrays import Real
 
 TargetSource: TypeAlias = "str | Path | Target | tuple[ArrayLike, ArrayLike]"
 """A text, a file with columns of time and force, a pair of times [s] and forces [N], or a Target."""

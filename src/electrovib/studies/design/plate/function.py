@@ -6,46 +6,33 @@ import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, refuse
 from electrovib.core.paths import quantity_at
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, limited, unit_of_limit
 from electrovib.physics.safety import FILM
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits
+from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits, result
 from electrovib.studies.check.amplifier import asked_rows
 from electrovib.studies.check.function import asked_values
-from electrovib.studies.check.result import (
-    BREAKDOWN,
-    FAIL,
-    ONLY_DECLARED,
-    PASS,
-    UNKNOWN,
-    breakdown_row,
-    limit_row,
-    limited_quantity,
-)
 from electrovib.studies.compare.materials import layer_of_plate, named_materials, with_material
 from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.plate.result import RELAXED, PlateDesign, best_of, gains_of
 from electrovib.studies.perceive import perceive, verdict
 from electrovib.studies.sweep import Case, parse_over, read_quantities, sweep_cases
 
-if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
-
-
 FELT: Final = "detection level"
 PERCEIVED: Final = "threshold over felt amplitude"
 """Quantity of the row of perception: 1 at the threshold."""
-LIMITED: Final = {limited_quantity(name): name for name in WORDS}
+LIMITED: Final = {result.limited_quantity(name): name for name in WORDS}
 """Quantity to the name of its limit."""
 QUANTITY, LARGEST, PARAMETER = "quantity", "largest value", "parameter"
-_FELT_STATES: Final = {"detectable": PASS, "not detectable": FAIL}
+_FELT_STATES: Final = {"detectable": result.PASS, "not detectable": result.FAIL}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +149,7 @@ class Plates:
         for name in WORDS:
             if name in self.declared:
                 values[name] = self.declared[name].value
-            elif name in asked or name not in ONLY_DECLARED:
+            elif name in asked or name not in result.ONLY_DECLARED:
                 values[name] = limited(name).high
         return Limits(**values)
 
@@ -188,19 +175,20 @@ class Plates:
     def _rows(self, material: str, case: Case) -> tuple[CheckRow, ...]:
         """Compare a case with declared limits, breakdown and perception."""
         declared, largest, diagnostics = self.declared, _largest(case.diagnostics), case.diagnostics
-        names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]
+        names = [
+            name for name in WORDS if name in largest or name in declared or name not in result.ONLY_DECLARED
+        ]
         elsewhere, candidate = {}, self.scenario(material, case.at)
         if declared.keys() - largest.keys():  # limits that a run does not judge
             limits = Limits(**{name: each.value for name, each in declared.items()})
-            result = checked(candidate, limits=[limits])
-            elsewhere = {row.quantity: row for row in result.rows}
+            elsewhere = {row.quantity: row for row in checked(candidate, limits=[limits]).rows}
         rows = [
-            elsewhere[limited_quantity(name)]
+            elsewhere[result.limited_quantity(name)]
             if name in declared and name not in largest
-            else limit_row(name, largest.get(name), declared.get(name))
+            else result.limit_row(name, largest.get(name), declared.get(name))
             for name in names
         ]
-        rows += [breakdown_row(each) for each in diagnostics if each.name.startswith(BREAKDOWN)]
+        rows += [result.breakdown_row(each) for each in diagnostics if each.name.startswith(result.BREAKDOWN)]
         if candidate.circuit.supply.is_limited:
             rows += asked_rows(candidate, asked_values(candidate))
         if self.perceived:
@@ -235,7 +223,7 @@ def _felt_row(level: float, uncertainty: float | None) -> CheckRow:
         limit=1.0,
         unit="1",
         source="perception.threshold of the scenario",
-        state=_FELT_STATES.get(found, UNKNOWN),
+        state=_FELT_STATES.get(found, result.UNKNOWN),
         text=f"the change of friction is {level:.3g} dB above the detection threshold: {found}",
     )
 
@@ -308,8 +296,6 @@ def plan_plate(
     problems: list[str | Problem] = []
     axes: dict[str, Any] = {}
     members: dict[str, Scenario] = {AS_IT_IS: given}
-    declared: dict[str, DeclaredLimit] = {}
-    objectives: tuple[Objective, ...] = ()
     chosen = ""
     with gathered(problems):
         axes = dict(parse_over(given, over))

@@ -16,17 +16,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS
 from electrovib.data.atomic import Form, csv_text
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check.result import (
-    PASS,
-    UNCERTAIN,
-    UNKNOWN,
-    limits_table,
-    nearest_limit,
-    not_in_rows,
-    not_shown,
-    shown,
-    state_of,
-)
+from electrovib.studies.check import result
 from electrovib.studies.design.result import Designed
 
 if TYPE_CHECKING:
@@ -121,14 +111,14 @@ class PlateDesign(Designed):
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Warnings of the best candidate, or of the scenario where there is none, beyond those that the limits state."""
-        return not_in_rows(validity(self.base)) if self.best is None else self.best.diagnostics
+        return result.not_in_rows(validity(self.base)) if self.best is None else self.best.diagnostics
 
     @property
     def document(self) -> Document:
         """What is best and what binds, the limits there, the Pareto set, and the check of the best plate."""
         best = self.best
         said = _none(self) if best is None else _answer(self, best)
-        tables = [] if best is None else [limits_table(f"Limits at {place_of(self, best)}", best.rows)]
+        tables = [] if best is None else [result.limits_table(f"Limits at {place_of(self, best)}", best.rows)]
         tables += [_pareto_table(self)] if self.pareto else []
         tables += [_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []
         caption = (
@@ -284,7 +274,7 @@ def plain(name: str) -> str:
 def place_of(design: PlateDesign, candidate: PlateCandidate) -> str:
     """Write material and parameters of a candidate."""
     parts = [candidate.material] if candidate.material else []
-    parts += [f"{path} = {shown(value, design.units[path])}" for path, value in candidate.at.items()]
+    parts += [f"{path} = {result.shown(value, design.units[path])}" for path, value in candidate.at.items()]
     return ", ".join(parts)
 
 
@@ -292,15 +282,15 @@ def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
     first = design.objectives[0]
     ends = [] if design.gains else _ends(design, best)
     place = ("", "an end of the ranges: ", "a corner of the ranges: ")[min(len(ends), 2)]
-    row = nearest_limit(best.rows)
-    where = f"{shown(best.values[first.name], first.unit)}, at {place}{place_of(design, best)}"
-    shown_safe = state_of(best.rows) == PASS
+    row = result.nearest_limit(best.rows)
+    where = f"{result.shown(best.values[first.name], first.unit)}, at {place}{place_of(design, best)}"
+    shown_safe = result.state_of(best.rows) == result.PASS
     which = "within all limits" if shown_safe else "of a plate that exceeds no limit it was compared with"
     sentences = [
         f"The {first.goal} {plain(first.name)} {which} is {where}.",
         _binding(design, best, ends),
         *([f"Closest limit: {_ratio(row)} ({_at_limit(row)})."] if row else []),
-        *(f"{_capital(each)}." for each in not_shown(best.rows)),
+        *(f"{_capital(each)}." for each in result.not_shown(best.rows)),
         *([] if shown_safe else _safest(design)),
         _counts(design),
     ]
@@ -312,11 +302,15 @@ def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
 
 def _safest(design: PlateDesign) -> list[str]:
     """Return the best candidate that is within all limits, beside a better one that is not shown to be safe."""
-    safe = best_of([each for each in design.candidates if state_of(each.rows) == PASS], design.objectives)
+    safe = best_of(
+        [each for each in design.candidates if result.state_of(each.rows) == result.PASS], design.objectives
+    )
     if safe is None:
         return []
     first = design.objectives[0]
-    return [f"Within all limits: {shown(safe.values[first.name], first.unit)}, at {place_of(design, safe)}."]
+    return [
+        f"Within all limits: {result.shown(safe.values[first.name], first.unit)}, at {place_of(design, safe)}."
+    ]
 
 
 def _none(design: PlateDesign) -> list[str]:
@@ -328,7 +322,7 @@ def _none(design: PlateDesign) -> list[str]:
     name, most = by.most_common(1)[0]
     least = min(design.candidates, key=_excess)
     worst = ", ".join(
-        f"{row.quantity} {shown(row.value or None, row.unit)} (limit {shown(row.limit or None, row.unit)})"
+        f"{row.quantity} {result.shown(row.value or None, row.unit)} (limit {result.shown(row.limit or None, row.unit)})"
         for row in least.rows
         if row.quantity in least.forbidden_by
     )
@@ -367,7 +361,7 @@ def _binding(design: PlateDesign, best: PlateCandidate, ends: list[str]) -> str:
 def _reached(candidate: PlateCandidate, best: PlateCandidate, first: Objective) -> str:
     """Write the objective of a candidate and its change relative to the best one."""
     value, reference = candidate.values[first.name], best.values[first.name]
-    text = shown(value, first.unit)
+    text = result.shown(value, first.unit)
     if not reference or not math.isfinite(value / reference) or first.unit not in KINDS:
         return text
     ratio = value / reference
@@ -375,7 +369,7 @@ def _reached(candidate: PlateCandidate, best: PlateCandidate, first: Objective) 
 
 
 def _at_limit(row: CheckRow) -> str:
-    return f"{shown(row.value, row.unit)} of {shown(row.limit, row.unit)}"
+    return f"{result.shown(row.value, row.unit)} of {result.shown(row.limit, row.unit)}"
 
 
 def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
@@ -393,14 +387,14 @@ def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
 
 def _ratio(row: CheckRow) -> str:
     """Write the name of a limit and the ratio of limit and value; a limit that decides nothing is marked."""
-    return f"{row.quantity}, {row.margin or 0.0:.3g}{f' ({UNCERTAIN})' if row.state == UNKNOWN else ''}"
+    return f"{row.quantity}, {row.margin or 0.0:.3g}{f' ({result.UNCERTAIN})' if row.state == result.UNKNOWN else ''}"
 
 
 def _counts(design: PlateDesign) -> str:
     words = ", ".join(f"{each.goal} {plain(each.name)}" for each in design.objectives)
     count, allowed, efficient_ones = len(design.candidates), len(design.allowed), len(design.pareto)
     text = f"{allowed} of {count} candidates {'exceeds' if allowed == 1 else 'exceed'} no limit that they were compared with"
-    if safe := sum(state_of(each.rows) == PASS for each in design.allowed):
+    if safe := sum(result.state_of(each.rows) == result.PASS for each in design.allowed):
         text += f", and {safe} of them {'is' if safe == 1 else 'are'} within all limits"
     else:
         text += ", none of them is shown to be safe"
@@ -424,12 +418,12 @@ def _pareto_table(design: PlateDesign) -> Table:
     )
     rows = []
     for each in chosen:
-        nearest = nearest_limit(each.rows)
+        nearest = result.nearest_limit(each.rows)
         rows.append(
             (
                 *([each.material] if material else []),
-                *(shown(each.at[path], design.units[path]) for path in design.axes),
-                *(shown(each.values[one.name], one.unit) for one in design.objectives),
+                *(result.shown(each.at[path], design.units[path]) for path in design.axes),
+                *(result.shown(each.values[one.name], one.unit) for one in design.objectives),
                 "" if nearest is None else _ratio(nearest),
                 "in doubt" if each.doubts else "",
             )

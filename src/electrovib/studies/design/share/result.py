@@ -6,12 +6,14 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from electrovib.core.answer import REFERENCE, Curve, Document, Panel
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import words_at
 from electrovib.core.units import format_quantity
@@ -25,11 +27,7 @@ from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import Evaluation, Wanted
 from electrovib.studies.widths import sentences
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from electrovib.core.diagnostics import Diagnostic
-
+Progress: TypeAlias = Callable[[int, int], None]
 MOST_VALUES: Final = 17
 """Largest number of values of the free parameter at which every finger is solved first."""
 _QUADRATIC: Final = 1e-7
@@ -38,6 +36,10 @@ _FEW: Final = 3
 """Fingers with which a shortcut is compared with the general solution."""
 ROUNDED: Final = 1e-9
 """Part of one member of the sample that counts as rounding."""
+
+
+def silent(_done: int, _of: int) -> None:
+    """Report no progress."""
 
 
 @dataclass(frozen=True)
@@ -63,19 +65,18 @@ class DrawnFingers:
         """Return the values of a finger and of the free parameter, in SI."""
         return {path: float(values[finger]) for path, values in self.draws.items()} | {self.wanted.free: at}
 
-    def each_at(self, at: float, *, progress: Callable[[int, int], None] | None = None) -> Real:
+    def each_at(self, at: float, *, progress: Progress = silent) -> Real:
         """Compute the quantity of every finger at one value of the free parameter; one that is not known is refused."""
         together = self.together_at(at, progress=progress)
         if together is not None:
             return together
         found = np.empty(self.count)
         for finger in range(self.count):
-            if progress is not None:
-                progress(finger, self.count)
+            progress(finger, self.count)
             found[finger] = self.one_at(finger, at)
         return found
 
-    def together_at(self, at: float, *, progress: Callable[[int, int], None] | None = None) -> Real | None:
+    def together_at(self, at: float, *, progress: Progress = silent) -> Real | None:
         """Compute the quantity of every finger in arrays at one value of the free parameter; None where there are none."""
         if at not in self.known:
             held = self.scenario.replace({self.wanted.free: at})
@@ -129,9 +130,7 @@ class DrawnFingers:
         return bool(others)
 
 
-def by_gain(
-    fingers: DrawnFingers, low: float, high: float, *, progress: Callable[[int, int], None] | None = None
-) -> Covered:
+def by_gain(fingers: DrawnFingers, low: float, high: float, *, progress: Progress = silent) -> Covered:
     """Return the intervals of fingers whose quantity is proportional to the square of the free parameter.
 
     The gain g of each finger follows from one solution; with the quantity g x^2, or the amplitude of a level, x is from
@@ -148,9 +147,7 @@ def by_gain(
     return Covered(starts, ends, np.flatnonzero(kept), fingers.count)
 
 
-def by_solution(
-    fingers: DrawnFingers, low: float, high: float, *, progress: Callable[[int, int], None] | None = None
-) -> Covered:
+def by_solution(fingers: DrawnFingers, low: float, high: float, *, progress: Progress = silent) -> Covered:
     """Return the intervals of fingers whose quantity depends on the free parameter in any form.
 
     Ends are refined by Brent's method between the values at which every finger was solved. A band that the
@@ -160,7 +157,10 @@ def by_solution(
     values = search.first_values(wanted.low, wanted.high, wanted.begin)
     if len(values) > MOST_VALUES:
         values = values[np.round(np.linspace(0, len(values) - 1, MOST_VALUES)).astype(int)]
-    begun = None if progress is None else (lambda *_: progress(0, fingers.count))
+
+    def begun(*_: int) -> None:
+        progress(0, fingers.count)
+
     together = {at: fingers.together_at(at, progress=begun) for at in values.tolist()}
 
     def quantity(finger: int, at: float) -> float:
@@ -169,8 +169,7 @@ def by_solution(
 
     found: list[tuple[float, float, int]] = []
     for finger in range(fingers.count):
-        if progress is not None:
-            progress(finger, fingers.count)
+        progress(finger, fingers.count)
         pieces = search.inside_band(functools.partial(quantity, finger), values, low, high)
         found += [(start, end, finger) for start, end in pieces]
     starts, ends, members = np.array(found).reshape(-1, 3).T
