@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from electrovib.solve.recursion.hold import gather, hold_weights
+from electrovib.solve.recursion.blocks import gather, hold_weights
 
 
 def march_loop(poles, gains, direct, starts, ends, steps, initial_state, *, lag=False):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from plain_recursion import march_loop
 
 from electrovib.solve.recursion import hold_weights, march, states_at, uneven
-from electrovib.solve.recursion.hold import SLOW
+from electrovib.solve.recursion.blocks import SLOW
 
 SAME = 1e-12  # of the largest possible output; some hundred roundings of 1.1e-16 stay far below
 WEIGHT = 1e-15  # relative; a weight is about five roundings of 1.1e-16

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.contact import Attraction, Contact, Surface
+    from electrovib.physics.contact import Contact
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

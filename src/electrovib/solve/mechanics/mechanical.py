@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import BristleFriction
-from electrovib.solve.electrics.real_contact import real_area
+from electrovib.solve.electrics.attraction import real_area
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.filters import Filter, cascade
@@ -25,8 +25,16 @@ from electrovib.solve.mechanics.lateral import (
     resting,
     shortest_time,
 )
-from electrovib.solve.mechanics.response import FORGOTTEN, MOST, respond, respond_mechanically
-from electrovib.solve.mechanics.rig import Measured, finger_filters, measured, refuse_readings
+from electrovib.solve.mechanics.response import (
+    FORGOTTEN,
+    MOST,
+    Measured,
+    finger_filters,
+    measured,
+    refuse_readings,
+    respond,
+    respond_mechanically,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection

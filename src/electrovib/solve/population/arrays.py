@@ -17,8 +17,7 @@ from electrovib.solve.electrics.solution import TRANSIENT, Solution, linear_quan
 from electrovib.solve.electrics.straight import periodic_state
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import FrictionChain
-from electrovib.solve.population.drive import PiecewiseDrive
-from electrovib.solve.population.stepping import first_order_hold_many
+from electrovib.solve.population.drive import PiecewiseDrive, first_order_hold_many
 from electrovib.solve.rough_contact.solved import contact_of_each
 from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among

@@ -27,8 +27,7 @@ from electrovib.solve.population.arrays import (
     some_of,
 )
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
-from electrovib.solve.population.drive import SharedDrive, piecewise_drive, shared_drive
-from electrovib.solve.population.stepping import KERNEL
+from electrovib.solve.population.drive import KERNEL, SharedDrive, piecewise_drive, shared_drive
 from electrovib.solve.stack.expand import Surroundings, modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.modes import is_there

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.recursion.blocks import EvenMarch, even_states
-from electrovib.solve.recursion.hold import gather
-from electrovib.solve.recursion.hold import hold_weights as hold_weights
+from electrovib.solve.recursion.blocks import EvenMarch, even_states, gather
+from electrovib.solve.recursion.blocks import hold_weights as hold_weights
 from electrovib.solve.recursion.uneven import UnevenMarch, uneven_states
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from electrovib.solve.recursion.blocks import SLOW
 from electrovib.solve.recursion.compiling import outer
-from electrovib.solve.recursion.hold import SLOW
 
 _FINE: Final = 16.0
 _FORGOTTEN: Final = 45.0

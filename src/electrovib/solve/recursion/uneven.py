@@ -7,15 +7,21 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.recursion.blocks import PRODUCT, numbers, states_before
+from electrovib.solve.recursion.blocks import (
+    PRODUCT,
+    SLOW,
+    StraightDrive,
+    hold_weights,
+    numbers,
+    states_before,
+)
 from electrovib.solve.recursion.compiling import is_compiled
-from electrovib.solve.recursion.hold import SLOW, StraightDrive, hold_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from electrovib.core.arrays import Indices, Numbers, Real
-    from electrovib.solve.recursion.hold import Modes
+    from electrovib.solve.recursion.blocks import Modes
 
 _WORTH: Final = 1_000_000
 """Modes times pieces from which loading the compiled code costs less time than it saves."""

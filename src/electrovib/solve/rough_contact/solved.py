@@ -19,7 +19,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.contact import RoughContact
 from electrovib.physics.force import TabulatedAttraction
 from electrovib.solve.meter import Meter
-from electrovib.solve.rough_contact.potential import MaxwellStress
+from electrovib.solve.rough_contact.cell import MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded, Rest, doubts, refuse_beyond_budget
 from electrovib.solve.stack.blocking import uniform_stack
 
