@@ -268,8 +268,6 @@ def closed_diagnostics(
             touching=gap == 0,
             repulsion=0.0,
             attraction=attraction,
-            stop=0.0,
-            residual=0.0,
         )
         for gap, attraction in zip(gaps.tolist(), np.asarray(pull).tolist(), strict=True)
     ]

@@ -126,7 +126,7 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
         chain.filters()
     digitiser = None if scenario.rig is None else scenario.rig.digitiser
     if digitiser is not None:
-        refuse_readings(digitiser, span=end, most=MOST)
+        refuse_readings(digitiser, span=end)
 
 
 def _refuse_unslid(scenario: Scenario) -> None:

@@ -365,7 +365,6 @@ def measured(
     normal: Response | None,
     lateral: Response,
     *,
-    most: int = MOST,
     unknown: Callable[[Filter, Real], NDArray[np.bool_]] | None = None,
 ) -> Measured:
     """Compute the readings of a rig: forces through its sensors, digitised with its noise.
@@ -373,7 +372,7 @@ def measured(
     `times` (n,) [s]; `normal` and `lateral` return the output of a sensor under that force at some times, and its error.
     """
     stamps = increasing(times)
-    moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps, most)
+    moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps)
     found, worst, sensor = {}, 0.0, of_stages(rig.lateral_stages())
     if normal is not None:
         found["normal"], worst = normal(of_stages(rig.normal_stages()), moments)
@@ -389,20 +388,20 @@ def measured(
     return Measured({f"{name}_force_measured": row for name, row in signals.items()}, worst, diagnostics)
 
 
-def _moments(digitiser: Digitiser, stamps: Real, most: int) -> Real:
+def _moments(digitiser: Digitiser, stamps: Real) -> Real:
     """Return the times of the readings; one at the last output time, apart from rounding, is included."""
-    count = refuse_readings(digitiser, span=float(stamps[-1] - stamps[0]), most=most)
+    count = refuse_readings(digitiser, span=float(stamps[-1] - stamps[0]))
     moments: Real = np.minimum(stamps[0] + np.arange(count) / digitiser.sampling_rate, stamps[-1])
     return moments
 
 
-def refuse_readings(digitiser: Digitiser, *, span: float, most: int) -> int:
+def refuse_readings(digitiser: Digitiser, *, span: float) -> int:
     """Return the number of readings of a digitiser, refusing too many."""
     count = math.floor(span * digitiser.sampling_rate + 1e-6) + 1
-    if 2 * count > most:
+    if 2 * count > MOST:
         raise InputError(
             f"digitiser.sampling_rate = {format_quantity(digitiser.sampling_rate, 'Hz')}: {count} readings are"
-            f" more than half of {most}. Lower the rate, or choose a shorter time."
+            f" more than half of {MOST}. Lower the rate, or choose a shorter time."
         )
     return count
 

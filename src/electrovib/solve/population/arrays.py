@@ -12,14 +12,13 @@ from electrovib.core.tables import derived_at
 from electrovib.physics.stack import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone
+from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone, of_one_sine
 from electrovib.solve.electrics.solution import TRANSIENT, Solution, linear_quantities
 from electrovib.solve.electrics.straight import periodic_state
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import FrictionChain
 from electrovib.solve.population.drive import PiecewiseDrive, first_order_hold_many
 from electrovib.solve.rough_contact.solved import contact_of_each
-from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among
 from electrovib.solve.stack.section import total_of
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
@@ -172,13 +171,7 @@ def _of_one_sine(member: Scenario, terms: list[tuple[Any, PiecewiseDrive]]) -> d
     tone: Any = total_of(
         factor * drive.tones[timing.frequencies == frequency].sum() for factor, drive in terms
     )
-    wave = tone * np.exp(2j * np.pi * frequency[0] * timing.outputs)
-    exact = phasors(member, frequency)
-    found: dict[Key, Any] = {
-        AmplitudeOf(name): np.real(value * wave) for name, value in member.force.amplitudes(exact).items()
-    }
-    effective = member.force.effective_voltage(exact)
-    return found if effective is None else found | {"effective_voltage": np.real(effective * wave)}
+    return of_one_sine(member, frequency, tone * np.exp(2j * np.pi * frequency[0] * timing.outputs))
 
 
 def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, PiecewiseDrive]]) -> dict[K, Real]:

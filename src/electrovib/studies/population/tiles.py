@@ -160,7 +160,7 @@ class Evaluator:
 
     def __init__(self, declared: DeclaredStudy, *, threads: int | None = None) -> None:
         self.declared, self.threads = declared, threads
-        self.population = signals_of_fingers.population(
+        self.population = signals_of_fingers.Population(
             declared.scenario, free=tuple(declared.space.paths), signals=declared.signals
         )
         self.axis: Real = np.asarray(getattr(self.population, declared.axis), dtype=float)
