@@ -116,7 +116,7 @@ def is_instant(scenario: Scenario) -> bool:
 
 def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
     """Refuse mechanical models that cannot be combined, before any computation."""
-    chain = _without_attraction(scenario)
+    chain = under_force(scenario, np.zeros(1), np.zeros(1))
     chain.real_area(scenario.load.forces(np.zeros(1)), np.zeros(1))
     if scenario.friction.deflects:
         _refuse_unslid(scenario)
@@ -143,15 +143,15 @@ def _refuse_unslid(scenario: Scenario) -> None:
 
 def slowest_rates(scenario: Scenario) -> list[float]:
     """Return the slowest rates of friction and skin, of each that has a memory."""
-    chain = _without_attraction(scenario)
+    chain = under_force(scenario, np.zeros(1), np.zeros(1))
     filters = chain.skin() if chain.comes_and_goes() else chain.filters()
     return [float(np.min(-each.poles.real)) for each in filters.values() if len(each.poles)]
 
 
-def _without_attraction(scenario: Scenario) -> FrictionChain:
-    """Return the mechanics of a scenario at time 0, before anything is solved."""
-    nothing = Solution(found={}, method=TRANSIENT, reason="", force=np.zeros(1))
-    return FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+def under_force(scenario: Scenario, times: Real, force: Real) -> FrictionChain:
+    """Return the mechanics of a scenario under a known attraction (n,) [N] at some times (n,) [s]."""
+    known = Solution(found={}, method=TRANSIENT, reason="", force=force)
+    return FrictionChain(scenario, times, known, lambda _: known)
 
 
 def _given(chain: FrictionChain, wanted: frozenset[str] | None) -> dict[str, Real]:

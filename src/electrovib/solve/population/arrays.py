@@ -13,10 +13,10 @@ from electrovib.physics.stack import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone, of_one_sine
-from electrovib.solve.electrics.solution import TRANSIENT, Solution, linear_quantities
+from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.straight import periodic_state
 from electrovib.solve.mechanics.lateral import resting
-from electrovib.solve.mechanics.mechanical import FrictionChain
+from electrovib.solve.mechanics.mechanical import under_force
 from electrovib.solve.population.drive import PiecewiseDrive, first_order_hold_many
 from electrovib.solve.rough_contact.solved import contact_of_each
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among
@@ -154,8 +154,7 @@ def over_time(
 
 def _friction(member: Scenario, time: Real, force: Real) -> Real:
     """Return a friction without memory."""
-    solution = Solution(found={}, method=TRANSIENT, reason="", force=force)
-    chain = FrictionChain(member, time, solution, lambda _: solution)
+    chain = under_force(member, time, force)
     return chain.known(chain.steady(time, force))
 
 
