@@ -26,7 +26,7 @@ from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.core.arrays import Complex, Indices, Real
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.parts import Linear
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
@@ -179,25 +179,18 @@ def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Piecewis
     `terms` are factors, 1 or a column (fingers, 1), and drives with common timing; returns rows (fingers, n), or
     (1, n) for what does not differ.
     """
-    known: dict[Any, Real] = {}
-    found = {}
-    for key, transfer in transfers.items():
-        total = total_of(
-            _driven(transfer if np.ndim(factor) == 0 else transfer * factor, drive, known)
-            for factor, drive in terms
-        )
-        found[key] = total + _left(transfer, terms[0][1]) if np.any(transfer.free) else total
-    return found
+    factors, drives = zip(*terms, strict=True)
+    return of_factors(per_unit(transfers, drives), factors)
 
 
 def per_unit(
     transfers: Mapping[K, Transfer], drives: Sequence[PiecewiseDrive]
-) -> dict[K, tuple[Any, list[Real]]]:
-    """Return the response of linear quantities to charge alone, 0 without it, and to each of some drives."""
+) -> dict[K, tuple[Real | None, list[Real]]]:
+    """Return the response of linear quantities to charge alone, None without it, and to each of some drives."""
     known: dict[Any, Real] = {}
     return {
         key: (
-            _left(each, drives[0]) if np.any(each.free) else 0.0,
+            _left(each, drives[0]) if np.any(each.free) else None,
             [_driven(each, drive, known) for drive in drives],
         )
         for key, each in transfers.items()
@@ -205,18 +198,19 @@ def per_unit(
 
 
 def of_factors(
-    unit: Mapping[K, tuple[Any, list[Real]]], factors: Sequence[Any], stacks: Indices
+    unit: Mapping[K, tuple[Real | None, list[Real]]], factors: Sequence[Any], stacks: Any = slice(None)
 ) -> dict[K, Real]:
-    """Return the responses of fingers (fingers, n) to the sum of drives times factors, with the stack of each."""
+    """Return the responses of fingers (fingers, n) to the sum of drives times factors, 1 or columns, with the stack of each."""
 
-    def of_fingers(rows: Any) -> Any:
-        return rows[stacks] if np.ndim(rows) and len(rows) > 1 else rows
+    def of_fingers(rows: Real) -> Real:
+        return rows[stacks] if len(rows) > 1 else rows
 
-    return {
-        key: of_fingers(left)
-        + total_of(factor * of_fingers(row) for factor, row in zip(factors, rows, strict=True))
-        for key, (left, rows) in unit.items()
-    }
+    def summed(left: Real | None, rows: list[Real]) -> Real:
+        each = [of_fingers(row) for row in rows]
+        parts = [row if np.ndim(one) == 0 else one * row for one, row in zip(factors, each, strict=True)]
+        return np.asarray(total_of(parts if left is None else [*parts, of_fingers(left)]))
+
+    return {key: summed(*given) for key, given in unit.items()}
 
 
 def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:
