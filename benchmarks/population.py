@@ -14,8 +14,8 @@ import numpy as np
 from benchmarks.population_peers import batched_eigenvalues, by_jax, plain_numpy
 from benchmarks.table import surroundings, write_page
 
+from electrovib.solve.population.drive import first_order_hold_many
 from electrovib.solve.population.percentiles import quantiles
-from electrovib.solve.population.stepping import first_order_hold_many
 from electrovib.solve.stack.secular import secular_roots
 from electrovib.studies.population.tiles import Statistics
 

@@ -22,8 +22,8 @@ from electrovib.physics.contact.rough_surface import MOST_TOUCHING, FittedSurfac
 from electrovib.physics.half_space import Elastic
 from electrovib.physics.roughness import PullingSpots, contact_fraction, local_pull, mean_pull
 from electrovib.physics.topography import POINTS_PER_WAVE, SelfAffine
-from electrovib.solve.diagnostics.area_beyond import pressed_gaps
-from electrovib.solve.electrics.real_contact import borne
+from electrovib.solve.diagnostics.closed_gap import pressed_gaps
+from electrovib.solve.electrics.attraction import borne
 from electrovib.solve.rough_contact import Loaded, MaxwellStress
 
 FITTED, OTHERS, DRAWS = 30, 10, 8

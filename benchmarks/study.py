@@ -51,13 +51,13 @@ def study(fingers, samples, folder):
 def numpy_job(fingers, samples, folder):
     """Time the same job in vectorised numpy: steps of blocks of fingers, numpy's percentiles, one file [s]."""
     from electrovib.scenario.space import read_space
-    from electrovib.solve.population import population
+    from electrovib.solve.population import Population
 
     experiment = scenario(samples)
-    population(experiment, free=["contact.area"]).signals({"contact.area": np.full(4, 1e-4)})  # imports
+    Population(experiment, free=["contact.area"]).signals({"contact.area": np.full(4, 1e-4)})  # imports
     begin = perf_counter()
     space = read_space(experiment, SPACE)
-    many = population(experiment, free=space.paths)
+    many = Population(experiment, free=space.paths)
     values = np.empty((fingers, many.time.size), np.float32)
     for start in range(0, fingers, 1024):
         stop = min(start + 1024, fingers)

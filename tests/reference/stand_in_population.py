@@ -33,5 +33,5 @@ class StandInPopulation:
 
 
 def stand_in(scenario, free, signals=("electrostatic_force",), time=None):
-    """Take the place of `electrovib.solve.population.population`."""
+    """Take the place of `electrovib.solve.population.Population`."""
     return StandInPopulation(signals=signals)

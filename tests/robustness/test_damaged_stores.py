@@ -30,7 +30,7 @@ def quarters(monkeypatch):
         return Document(title=str(found.attrs), sentences=[])
 
     monkeypatch.setattr("electrovib.studies.population.answer.study_document", shown)
-    monkeypatch.setattr("electrovib.solve.population.population", stand_in)
+    monkeypatch.setattr("electrovib.solve.population.Population", stand_in)
     monkeypatch.setattr("electrovib.studies.population.tiles.TileSizes.measured", in_quarters)
 
 

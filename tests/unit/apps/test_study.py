@@ -27,7 +27,7 @@ FIVE = f"{STUDY} -n 5 --seed 1 -o a.zarr"
 @pytest.fixture
 def closed(here, monkeypatch):
     """A folder with a space, and fingers in closed form."""
-    monkeypatch.setattr("electrovib.solve.population.population", stand_in)
+    monkeypatch.setattr("electrovib.solve.population.Population", stand_in)
     (path, distribution), *_ = SPACE.items()
     lines = [f'[space."{path}"]', *(f"{name} = {value!r}" for name, value in distribution.items())]
     (here / "space.toml").write_text("\n".join(lines))

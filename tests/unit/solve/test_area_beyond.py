@@ -13,7 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.contact import FittedSurface, PerssonSurface
 from electrovib.physics.contact.attraction import RoughAttraction
 from electrovib.physics.roughness import GaussianGaps, PullingSpots
-from electrovib.solve.diagnostics.area_beyond import area_beyond, pressed_gaps
+from electrovib.solve.diagnostics.closed_gap import area_beyond, pressed_gaps
 
 PERMITTIVITY = 3.9
 STIFF = {"modulus": 2e7, "rms_slope": 1.0, "rms_gap": 1e-5, "pressure_factor": 0.1, "decay_factor": 0.46}

@@ -12,7 +12,7 @@ from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.solve import choice, effort, expanded, walk
+from electrovib.solve import choice, effort, expanded
 from electrovib.solve.diagnostics import judge
 from electrovib.solve.diagnostics.peaks import count_evaluation_times, evaluation_times
 from electrovib.solve.electrics.solution import RENEWAL, Question, linear_quantities
@@ -209,7 +209,7 @@ def test_the_trace_tells_the_solver_that_was_chosen(method):
 @pytest.mark.parametrize("method", ["amplifier", "periodic"])
 def test_a_march_and_a_closed_form_are_asked_once(monkeypatch, method):
     asked = []
-    for module, name in ((walk, "solve"), (walk, "along"), (judge, "solve_fields")):
+    for module, name in ((expanded, "solve"), (expanded, "along"), (judge, "solve_fields")):
         whole = getattr(module, name)
 
         def counted(*arguments, name=name, whole=whole, **options):

@@ -26,8 +26,7 @@ from electrovib.solve.mechanics.filters import (
     relaxing,
     second_order,
 )
-from electrovib.solve.mechanics.response import respond, respond_mechanically
-from electrovib.solve.mechanics.rig import finger_filters, measured
+from electrovib.solve.mechanics.response import finger_filters, measured, respond, respond_mechanically
 
 SENSOR = 1e-10
 """Largest error of a second-order sensor allowed, of the input: the target of the project."""

@@ -13,7 +13,7 @@ from electrovib.papers import palmar_1995
 from electrovib.scenario.space import read_space
 from electrovib.solve import expanded
 from electrovib.solve.one_by_one import ParametricScenario
-from electrovib.solve.population import population
+from electrovib.solve.population import Population
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared, prepare
 from electrovib.solve.quantities import cases
@@ -342,7 +342,7 @@ NAMES = (FORCE, LATERAL)
 def test_a_finger_has_the_signals_of_prepare_whatever_the_others(scenario):
     time, given = np.linspace(0.0, 0.02, 40), around(ev.load(scenario), 3, FREE)
     given[SKIN][2] = given[SKIN][1]
-    found = population(scenario, FREE, NAMES, time).signals(given)
+    found = Population(scenario, FREE, NAMES, time).signals(given)
     whole = ParametricScenario(ev.load(scenario), FREE).of_many(given, names=NAMES, time=time)
     for finger in range(3):
         point = {path: values[finger] for path, values in given.items()}
@@ -355,7 +355,7 @@ def test_a_finger_has_the_signals_of_prepare_whatever_the_others(scenario):
 
 
 def test_the_times_are_those_of_the_scenario_unless_given_and_an_omitted_path_keeps_its_value():
-    member, found = OF_GAP, population(SCENARIO, FREE, [LATERAL])
+    member, found = OF_GAP, Population(SCENARIO, FREE, [LATERAL])
     np.testing.assert_array_equal(found.time, member.time.times(member.drive))
     assert found.frequency is None
     given = around(OF_GAP, 2, FREE)
@@ -366,7 +366,7 @@ def test_the_times_are_those_of_the_scenario_unless_given_and_an_omitted_path_ke
 
 
 def test_signals_over_frequency_are_those_of_simulate():
-    found, thickness = population(SCENARIO, [SKIN], ["mean_force", "impedance"]), [1e-4, 3e-4]
+    found, thickness = Population(SCENARIO, [SKIN], ["mean_force", "impedance"]), [1e-4, 3e-4]
     assert found.time is None
     signals = found.signals({SKIN: np.array(thickness)})
     for finger, value in enumerate(thickness):
@@ -394,7 +394,7 @@ TIMES = [[], [0.0, 0.0], [1e-3, 0.0], [-1e-3, 0.0], [0.0, np.nan], [0.0, np.inf]
 )
 def test_what_does_not_exist_and_wrong_times_are_refused(free, names, time, words):
     with pytest.raises(InputError, match=words):
-        population(SCENARIO, free, names, time=time)
+        Population(SCENARIO, free, names, time=time)
 
 
 @pytest.mark.parametrize(
@@ -407,7 +407,7 @@ def test_what_does_not_exist_and_wrong_times_are_refused(free, names, time, word
 )
 def test_wrong_draws_are_refused(given, words):
     with pytest.raises(InputError, match=words):
-        population(SCENARIO, FREE).signals(given)
+        Population(SCENARIO, FREE).signals(given)
     engine = ParametricScenario(ev.load(SCENARIO), FREE)
     draws = {SKIN: np.array([1e-4, 1.0]), COEFFICIENT: np.array([0.5, 0.5])}
     with pytest.raises(InputError, match=r"finger 1 of the call: stack.stratum_corneum.thickness = 1,"):

@@ -6,7 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.physics.contact import FittedSurface, PerssonSurface
 from electrovib.physics.roughness import PullingSpots, mean_pull
-from electrovib.solve.electrics.real_contact import borne, real_area
+from electrovib.solve.electrics.attraction import borne, real_area
 from electrovib.solve.population.fingers import TOGETHER, Population
 
 LAW = FittedSurface(modulus=2e6, rms_height=5e-6, rms_slope=0.2)

@@ -11,8 +11,8 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
+from electrovib.solve.expanded import walked
 from electrovib.solve.stack.expand import modes
-from electrovib.solve.walk import walked
 
 AREA, FILM, SKIN = 1e-4, 90e-6 / 3.35, 200e-6 / 1560
 CAPACITANCE = eps0 * AREA / (FILM + SKIN)

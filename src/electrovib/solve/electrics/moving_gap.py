@@ -59,7 +59,7 @@ def move_gap(
         return _moved(_signals(space, plate, time, states, motion), motion, 0, 0.0)
     gaps = motion.gap(np.linspace(0.0, float(time[-1]), 4001))
     extremes = np.array([np.min(gaps), np.max(gaps)])
-    matrices, _, _ = _system(space, extremes, np.zeros(2))
+    matrices, _ = _system(space, extremes, np.zeros(2))
     speed = float(np.max(np.abs(matrices).sum(axis=2))) + 1 / max(float(time[-1]), 1e-12)
     end = float(time[-1])
     grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
@@ -94,39 +94,22 @@ def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:
     return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * inside))]
 
 
-def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, Real]:
-    """Return matrix, column and slope weight of rate = matrix state + column voltage + weight slope, over n gaps."""
-    count, size, interfaces = len(gap), space.size, len(space.charges)
-    weights = (space.repeats / space.permittivities)[:, None] * space.with_gap(gap)
-    elastance = weights.sum(axis=0)
-    mixing = space.mixing()
-    taken = np.einsum("en,es->ns", weights, mixing)
-    if space.resistance > 0:
-        taken[:, -1] += 1.0
-    fields = (mixing - (taken / elastance[:, None])[:, None, :]) / space.permittivities[:, None]
-    driven = 1 / (elastance[:, None] * space.permittivities)
-    flows, flows_driven = space.conductivities[:, None] * fields, space.conductivities * driven
-    creep = (space.rates * space.strengths)[:, None] * fields[:, space.owners]
-    terms = np.arange(len(space.rates))
-    creep[:, terms, interfaces + terms] -= space.rates
-    creep_driven = space.rates * space.strengths * driven[:, space.owners]
-    matrix, column = np.zeros((count, size, size)), np.zeros((count, size))
-    matrix[:, :interfaces] = flows[:, :-1] - flows[:, 1:]
-    column[:, :interfaces] = flows_driven[:, :-1] - flows_driven[:, 1:]
-    matrix[:, interfaces : interfaces + len(terms)] = creep
-    column[:, interfaces : interfaces + len(terms)] = creep_driven
-    if space.resistance > 0:
-        for term, owner in enumerate(space.owners.tolist()):
-            flows[:, owner] += creep[:, term]
-            flows_driven[:, owner] += creep_driven[:, term]
-        matrix[:, -1] = np.einsum("en,nes->ns", weights, flows)
-        column[:, -1] = np.einsum("en,ne->n", weights, flows_driven)
-        assert space.moving is not None
-        opening = space.repeats[space.moving] * closing
-        matrix[:, -1] -= opening[:, None] * fields[:, space.moving]
-        column[:, -1] -= opening * driven[:, space.moving]
-        matrix[:, -1, -1] -= elastance / (space.area * space.resistance)
-    return matrix, column, np.append(np.zeros(size - 1), float(space.resistance > 0)) if size else np.zeros(0)
+def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real]:
+    """Return matrix (n, size, size) and column (n, size) of rate = matrix state + column voltage over n gaps, without slope."""
+    rates = np.empty((len(gap), space.size, space.size + 1))
+    for which in range(space.size + 1):  # each state, and the voltage, by itself
+        state = np.zeros((space.size, len(gap)))
+        state[which : which + 1] = 1.0
+        moment = space.moment(state, voltage=float(which == space.size), gap=gap, closing=closing)
+        rates[..., which] = space.rate(state, moment, slope=0.0).T
+    return rates[..., :-1], rates[..., -1]
+
+
+def _on_resistance(space: StackStates) -> Real:
+    """Return the share of a change of the voltage in each state: all of it in the voltage of a series resistance."""
+    share = np.zeros(space.size)
+    share[len(space.charges) + len(space.rates) :] = 1.0
+    return share
 
 
 def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> Real:
@@ -135,18 +118,16 @@ def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
     states = np.empty((len(grid), size))
     state = space.start()
     chunk = max(1, _BLOCK // (9 * size**2))
-    jumps = np.zeros(size)
-    if space.resistance > 0:
-        jumps[-1] = 1.0
+    jumps = _on_resistance(space)
     states[0] = state = state + jumps * heights[0]
     meter = Meter("the moving gap", end=float(grid[-1]), held=(14 + 4 * size) * len(grid))
     for first in range(0, len(grid) - 1, chunk):
         meter.count(float(grid[first]))
         piece = grid[first : first + chunk + 1]
         carried, added = _carry(space, plate, piece, motion)
-        for index in range(len(piece) - 1):
-            state = carried[index] @ state + added[index] + jumps * heights[first + index + 1]
-            states[first + index + 1] = state
+        pushed = added + np.multiply.outer(heights[first + 1 : first + len(piece)], jumps)
+        for index, (carry, push) in enumerate(zip(carried, pushed, strict=True), start=first + 1):
+            states[index] = state = carry @ state + push
     return states.T
 
 
@@ -154,9 +135,9 @@ def _carry(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
     """Return the matrix and the vector that advance the state over each step."""
     size, steps = space.size, np.diff(grid)
     times = (grid[:-1, None] + steps[:, None] * NODES).ravel()
-    matrix, column, sloped = _system(space, motion.gap(times), motion.rate(times))
-    voltage, slope = plate.within(grid)
-    forced = (column * voltage.reshape(-1, 1) + sloped * slope.reshape(-1, 1)).reshape(len(steps), 3, size)
+    matrix, column = _system(space, motion.gap(times), motion.rate(times))
+    voltage, slope = (each.reshape(-1, 1) for each in plate.within(grid))
+    forced = (column * voltage + _on_resistance(space) * slope).reshape(len(steps), 3, size)
     matrix = matrix.reshape(len(steps), 3, size, size)
     blocks = -np.einsum("n,ij,njab->niajb", steps, WEIGHTS, matrix).reshape(len(steps), 3 * size, 3 * size)
     blocks += np.eye(3 * size)

@@ -12,6 +12,7 @@ from electrovib.solve.electrics.attraction import mean_force, total_pull
 from electrovib.solve.electrics.solution import ONE_SINE, Solution
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
 from electrovib.solve.stack.harmonics import count_harmonics, spectrum
+from electrovib.solve.stack.keys import AmplitudeOf, amplitudes_among
 from electrovib.solve.stack.modes import stacked
 from electrovib.solve.stack.section import PhasorSection
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.force import ForceLaw
     from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Column
 
 
@@ -105,22 +107,26 @@ def refuse_more_than_one_sine(scenario: Scenario) -> None:
         )
 
 
+def of_one_sine(scenario: Scenario, frequency: Real, wave: Any) -> dict[Key, Any]:
+    """Return the amplitudes of a law that is defined by magnitudes, under a `wave` (..., n) at a frequency (1,) [Hz]."""
+    law, exact = scenario.force, behind_amplifier(scenario, phasors(scenario, frequency))
+    found: dict[Key, Any] = {
+        AmplitudeOf(name): np.real(value * wave) for name, value in law.amplitudes(exact).items()
+    }
+    effective = law.effective_voltage(exact)
+    return found if effective is None else found | {"effective_voltage": np.real(effective * wave)}
+
+
 def one_sine(question: Question, fields: Solution) -> Solution:
     """Compute the steady response to one sine by magnitudes, for a law without a time-domain form."""
-    scenario, times = question.scenario, question.times
-    law, (frequency, tone) = scenario.force, loudest_tone(scenario)
-    exact = behind_amplifier(scenario, phasors(scenario, frequency))
-    wave = tone * np.exp(2j * np.pi * frequency[0] * times)
-    given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}
-    found = dict(fields.found)
-    effective = law.effective_voltage(exact)
-    if effective is not None:
-        found["effective_voltage"] = np.real(effective[0] * wave)
+    scenario, (frequency, tone) = question.scenario, loudest_tone(question.scenario)
+    own = of_one_sine(scenario, frequency, tone * np.exp(2j * np.pi * frequency[0] * question.times))
+    law = type(scenario.force).__name__
     return Solution(
-        found=found,
+        found=fields.found | {key: row for key, row in own.items() if not isinstance(key, AmplitudeOf)},
         method=ONE_SINE,
-        reason=f"{type(law).__name__} is defined by magnitudes at one frequency: one sine in its steady state",
-        pull=total_pull(scenario, given),
+        reason=f"{law} is defined by magnitudes at one frequency: one sine in its steady state",
+        pull=total_pull(scenario, amplitudes_among(own)),
     )
 
 

@@ -88,15 +88,12 @@ def _states(question: Question) -> StackStates:
     from electrovib.solve.stack.layer_states import stack_states
 
     scenario = question.scenario
-    around = Surroundings.of(scenario)
     moves = scenario.motion.moved_gap is not None or scenario.contact.closing is not None
     return stack_states(
         scenario.stack.layers,
         question.section.debye,
-        area=around.area,
-        element=around.element,
-        second=around.second,
         moving=_moving(scenario) if moves else None,
+        **vars(Surroundings.of(scenario)),
     )
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.contact import Attraction, Contact, Surface
+    from electrovib.physics.contact import Contact
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -268,8 +268,6 @@ def closed_diagnostics(
             touching=gap == 0,
             repulsion=0.0,
             attraction=attraction,
-            stop=0.0,
-            residual=0.0,
         )
         for gap, attraction in zip(gaps.tolist(), np.asarray(pull).tolist(), strict=True)
     ]

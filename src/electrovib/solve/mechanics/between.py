@@ -83,6 +83,11 @@ class Between:
         Whether it is evaluated only once, at even times, as a time-stepping solver requires; else intervals are halved
         until the error in their middle is below `TOLERANCE`.
 
+    Attributes
+    ----------
+    pieces : Cubics
+        Cubics of the force.
+
     Raises
     ------
     InputError
@@ -125,20 +130,15 @@ class Between:
         near[asked >= end] = True
         self._asked, self._force = self._looked(force_at, np.concatenate([asked[~near], self._just]))
         self._missed = 0.0
-        self._pieces = self._cubics(np.ones(len(self._asked), bool))
+        self.pieces = self._cubics(np.ones(len(self._asked), bool))
         if once:
             self._missed = self._every_other()
         else:
             self._halve(force_at)
 
-    @property
-    def pieces(self) -> Cubics:
-        """Cubics of the force."""
-        return self._pieces
-
     def __call__(self, time: Any) -> Any:
         """Return the force at times [s], scalar or array [N]."""
-        return self._pieces.at(self._place(np.asarray(time)), np.asarray(time))
+        return self.pieces.at(self._place(np.asarray(time)), np.asarray(time))
 
     def error(self) -> float:
         """Return the estimated error of the cubics over the largest force [1]."""
@@ -150,8 +150,8 @@ class Between:
 
     def _place(self, time: Real) -> Any:
         """Return the index of the knot at the start of the interval that contains each time."""
-        last = len(self._pieces.knots) - 2
-        return np.clip(np.searchsorted(self._pieces.knots, time, side="right") - 1, 0, last)
+        last = len(self.pieces.knots) - 2
+        return np.clip(np.searchsorted(self.pieces.knots, time, side="right") - 1, 0, last)
 
     def _looked(self, force_at: Callable[[Real], Real], times: Real) -> tuple[Real, Real]:
         times = np.unique(times)
@@ -162,8 +162,8 @@ class Between:
         kept = np.zeros(len(self._asked), bool)
         kept[::2] = True
         kept |= np.isin(self._asked, np.concatenate([self.ends, self._just]))
-        whole, self._pieces = self._pieces, self._cubics(kept)
-        coarse, self._pieces = self(self._asked), whole
+        whole, self.pieces = self.pieces, self._cubics(kept)
+        coarse, self.pieces = self(self._asked), whole
         return float(np.max(np.abs(coarse - self._force), initial=0.0)) / 15
 
     def _halve(self, force_at: Callable[[Real], Real]) -> None:
@@ -171,23 +171,23 @@ class Between:
         if not np.all(np.isfinite(self._force)):
             return
         unmet = 0.0
-        open_ends = self._pieces.knots[:-1][np.diff(self._pieces.knots) > 0]
+        open_ends = self.pieces.knots[:-1][np.diff(self.pieces.knots) > 0]
         for _ in range(MOST_HALVINGS):
             place = self._place(open_ends)
-            lengths = self._pieces.knots[place + 1] - self._pieces.knots[place]
-            middle = self._pieces.knots[place] + lengths / 2
+            lengths = self.pieces.knots[place + 1] - self.pieces.knots[place]
+            middle = self.pieces.knots[place] + lengths / 2
             just = self._just[np.searchsorted(self.ends, middle, side="right") - 1]
             divisible = (lengths > 4 * _ROUNDING * self.ends[-1]) & (middle < just)
             place, middle = place[divisible], middle[divisible]
             if not len(middle) or len(self._asked) + len(middle) > MOST:
                 break
             force = np.asarray(force_at(middle), dtype=float)
-            missed = np.abs(force - self._pieces.at(place, middle))
+            missed = np.abs(force - self.pieces.at(place, middle))
             found = np.concatenate([self._asked, middle])
             order = np.argsort(found, kind="stable")
             self._asked, self._force = found[order], np.concatenate([self._force, force])[order]
-            starts = self._pieces.knots[place]
-            self._pieces = self._cubics(np.ones(len(self._asked), bool))
+            starts = self.pieces.knots[place]
+            self.pieces = self._cubics(np.ones(len(self._asked), bool))
             wrong = ~(missed <= TOLERANCE * self._scale)
             self._missed = max(float(np.max(missed[~wrong], initial=0.0)), self._missed)
             unmet = float(np.max(missed[wrong], initial=0.0))

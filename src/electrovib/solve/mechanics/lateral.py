@@ -98,12 +98,16 @@ def spans_of(times: Real, wrong: NDArray[np.bool_]) -> Spans:
 
     `times` (n,) [s], `wrong` (n,).
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], wrong, [False]]).astype(int)))
     stamps = np.append(times, np.inf)
     return tuple(
-        (-np.inf if begin == 0 else float(stamps[begin]), float(stamps[end]))
-        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+        (-np.inf if begin == 0 else float(stamps[begin]), float(stamps[end])) for begin, end in _runs(wrong)
     )
+
+
+def _runs(true: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first index of each run of true values (n,), and the index after its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def friction_filter(scenario: Scenario) -> Filter:
@@ -210,7 +214,9 @@ def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real)
     for share, rate in parts:
         steps = np.diff(grid) * (rate[1:] + rate[:-1]) / 2
         theta = np.append(0.0, np.cumsum(steps))
-        for first, last in _contacts(motion, grid):
+        for first, last in _runs(motion.touches(grid)):
+            if last - first == 1:
+                continue
             state = start if first == 0 else np.zeros(1)
             rows, _ = march(
                 [-1.0],
@@ -225,13 +231,6 @@ def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real)
         ends = [tuple(np.interp(span, grid, theta, left=-math.inf, right=math.inf)) for span in spans]
         weight += share * remembered(theta, [(float(a), float(b)) for a, b in ends])
     return output, weight
-
-
-def _contacts(motion: Motion, grid: Real) -> list[tuple[int, int]]:
-    """Return the first index of each contact on a grid [s], and the index after its last."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], motion.touches(grid), [False]]).astype(int)))
-    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return [(first, last) for first, last in pairs if last - first > 1]
 
 
 def _held_by_the_skin(motion: Motion, grid: Real, sliding: Real, stiffness: float) -> Real:

@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import BristleFriction
-from electrovib.solve.electrics.real_contact import real_area
+from electrovib.solve.electrics.attraction import real_area
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.filters import Filter, cascade
@@ -25,8 +25,16 @@ from electrovib.solve.mechanics.lateral import (
     resting,
     shortest_time,
 )
-from electrovib.solve.mechanics.response import FORGOTTEN, MOST, respond, respond_mechanically
-from electrovib.solve.mechanics.rig import Measured, finger_filters, measured, refuse_readings
+from electrovib.solve.mechanics.response import (
+    FORGOTTEN,
+    MOST,
+    Measured,
+    finger_filters,
+    measured,
+    refuse_readings,
+    respond,
+    respond_mechanically,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -108,7 +116,7 @@ def is_instant(scenario: Scenario) -> bool:
 
 def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
     """Refuse mechanical models that cannot be combined, before any computation."""
-    chain = _without_attraction(scenario)
+    chain = under_force(scenario, np.zeros(1), np.zeros(1))
     chain.real_area(scenario.load.forces(np.zeros(1)), np.zeros(1))
     if scenario.friction.deflects:
         _refuse_unslid(scenario)
@@ -118,7 +126,7 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
         chain.filters()
     digitiser = None if scenario.rig is None else scenario.rig.digitiser
     if digitiser is not None:
-        refuse_readings(digitiser, span=end, most=MOST)
+        refuse_readings(digitiser, span=end)
 
 
 def _refuse_unslid(scenario: Scenario) -> None:
@@ -135,15 +143,15 @@ def _refuse_unslid(scenario: Scenario) -> None:
 
 def slowest_rates(scenario: Scenario) -> list[float]:
     """Return the slowest rates of friction and skin, of each that has a memory."""
-    chain = _without_attraction(scenario)
+    chain = under_force(scenario, np.zeros(1), np.zeros(1))
     filters = chain.skin() if chain.comes_and_goes() else chain.filters()
     return [float(np.min(-each.poles.real)) for each in filters.values() if len(each.poles)]
 
 
-def _without_attraction(scenario: Scenario) -> FrictionChain:
-    """Return the mechanics of a scenario at time 0, before anything is solved."""
-    nothing = Solution(found={}, method=TRANSIENT, reason="", force=np.zeros(1))
-    return FrictionChain(scenario, np.zeros(1), nothing, lambda _: nothing)
+def under_force(scenario: Scenario, times: Real, force: Real) -> FrictionChain:
+    """Return the mechanics of a scenario under a known attraction (n,) [N] at some times (n,) [s]."""
+    known = Solution(found={}, method=TRANSIENT, reason="", force=force)
+    return FrictionChain(scenario, times, known, lambda _: known)
 
 
 def _given(chain: FrictionChain, wanted: frozenset[str] | None) -> dict[str, Real]:

@@ -163,8 +163,8 @@ class Slide:
         Largest error of the energy balance, over the largest work [1].
     events : tuple of (float, str)
         Times [s] and kinds of the events, as in `KINDS`.
-    steps, evaluations : int
-        Number of time steps, and of evaluations of the equations.
+    steps : int
+        Number of time steps.
     """
 
     skin_displacement: Real
@@ -175,7 +175,6 @@ class Slide:
     energy_residual: float
     events: tuple[tuple[float, str], ...]
     steps: int
-    evaluations: int
 
 
 def slide_of(
@@ -187,11 +186,11 @@ def slide_of(
     strength: Real,
     touches: Any,
     events: Sequence[tuple[float, str]],
-    counts: tuple[int, int],
+    steps: int,
 ) -> Slide:
     """Return motion and forces from the states at n times.
 
-    `states` (6, n), `directions`, `speed`, `strength`, `touches` (n,); `counts` of steps and of evaluations.
+    `states` (6, n), `directions`, `speed`, `strength`, `touches` (n,).
     """
     law, deflection, over_plate = skin.law, states[DEFLECTION], skin.over_plate(states, speed=speed)
     rate = law.deflection_rate(deflection, over_plate, strength, directions)
@@ -203,6 +202,5 @@ def slide_of(
         states=states,
         energy_residual=skin.energy_residual(states),
         events=tuple(events),
-        steps=counts[0],
-        evaluations=counts[1],
+        steps=steps,
     )

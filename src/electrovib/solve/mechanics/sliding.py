@@ -168,7 +168,7 @@ def sliding(
         strength=system.strength_of(times),
         touches=touches(times),
         events=[(when, KINDS[index]) for when, index in solved.events],
-        counts=(solved.steps, solved.evaluations),
+        steps=solved.steps,
     )
 
 
@@ -215,7 +215,7 @@ def slide_quickly(
     )
     at_first = float(np.hypot(strength(0.0), floor))
     state = skin.settled(speed=float(speeds[0]), strength=at_first, touches=bool(touches[0]))
-    states, directions, events, counts = quick_sliding.follow(times, state, given)
+    states, directions, events, (steps, _) = quick_sliding.follow(times, state, given)
     return slide_of(
         skin,
         states,
@@ -224,7 +224,7 @@ def slide_quickly(
         strength=np.hypot(strength(times), floor),
         touches=motion.touches(times),
         events=events,
-        counts=counts,
+        steps=steps,
     )
 
 

@@ -105,15 +105,14 @@ class Solved:
         Modes at the output times.
     events : tuple of (float, int)
         Time [s] of each event, and index of the switching function that fell through zero.
-    steps, evaluations : int
-        Number of steps of the integrator, and of evaluations of the rate.
+    steps : int
+        Number of steps of the integrator.
     """
 
     states: Real
     modes: tuple[Mode, ...]
     events: tuple[tuple[float, int], ...]
     steps: int
-    evaluations: int
 
 
 def integrate(
@@ -139,7 +138,7 @@ def integrate(
     end = float(times[-1])
     states, modes = np.empty((len(state), len(times))), [mode] * len(times)
     stops = np.unique([0.0, *(b for b in system.breaks(end) if 0 < b < end), end])
-    now, filled, steps, evaluations = 0.0, 0, 0, 0
+    now, filled, steps = 0.0, 0, 0
     meter = Meter(f"Radau's method on {len(state)} equations", end=end, repeats=repeats)
     events: list[tuple[float, int]] = []
     state = system.jump(np.array(state, dtype=float), time=0.0)
@@ -147,7 +146,7 @@ def integrate(
         mode = _mode_after_jump(system, now, state, mode, events)
         while now < stop:
             leg = _leg(system, now, stop, state, mode, meter, tolerance, step)
-            steps, evaluations = steps + len(leg.pieces), evaluations + leg.evaluations
+            steps += len(leg.pieces)
             last = int(np.searchsorted(times, leg.end, side="left" if leg.end == stop else "right"))
             if last > filled:
                 states[:, filled:last] = leg.at(times[filled:last])
@@ -164,9 +163,7 @@ def integrate(
         state = system.jump(state, time=stop)
     states[:, filled:] = state[:, None]
     modes[filled:] = [mode] * (len(times) - filled)
-    return Solved(
-        states=states, modes=tuple(modes), events=tuple(events), steps=steps, evaluations=evaluations
-    )
+    return Solved(states=states, modes=tuple(modes), events=tuple(events), steps=steps)
 
 
 def _mode_after_jump(
@@ -190,7 +187,6 @@ class _Leg:
     state: Real
     event: int | None
     pieces: tuple[DenseOutput, ...]
-    evaluations: int
 
     def at(self, times: Real) -> Real:
         """Return the states at increasing times of this interval, from the polynomials of the steps."""
@@ -214,11 +210,9 @@ def _leg(
     step: float | None,
 ) -> _Leg:
     """Integrate up to a break or the first event."""
-    asked, latest = 0, np.nextafter(stop, start)
+    latest = np.nextafter(stop, start)
 
     def rate(every: Real, now: Real) -> Real:
-        nonlocal asked
-        asked += len(every)
         return system.rate(now, mode, time=np.minimum(every, latest))
 
     pieces: list[DenseOutput] = []
@@ -240,7 +234,7 @@ def _leg(
                 state = before_state
             stop = min(max(when, start + _APART * stop), stop)
             break
-    return _Leg(end=stop, state=state, event=event, pieces=tuple(pieces), evaluations=asked)
+    return _Leg(end=stop, state=state, event=event, pieces=tuple(pieces))
 
 
 def _steps(

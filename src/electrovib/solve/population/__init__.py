@@ -8,6 +8,4 @@ that mixes fingers. What marches through time (limits, leaks, moving gaps, brist
 result says why.
 """
 
-from electrovib.solve.population.fingers import Population, population
-
-__all__ = ["Population", "population"]
+from electrovib.solve.population.fingers import Population as Population

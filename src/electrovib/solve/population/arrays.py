@@ -12,15 +12,13 @@ from electrovib.core.tables import derived_at
 from electrovib.physics.stack import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone
-from electrovib.solve.electrics.solution import TRANSIENT, Solution, linear_quantities
+from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone, of_one_sine
+from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.straight import periodic_state
 from electrovib.solve.mechanics.lateral import resting
-from electrovib.solve.mechanics.mechanical import FrictionChain
-from electrovib.solve.population.drive import PiecewiseDrive
-from electrovib.solve.population.stepping import first_order_hold_many
+from electrovib.solve.mechanics.mechanical import under_force
+from electrovib.solve.population.drive import PiecewiseDrive, first_order_hold_many
 from electrovib.solve.rough_contact.solved import contact_of_each
-from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among
 from electrovib.solve.stack.section import total_of
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
@@ -28,7 +26,7 @@ from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.core.arrays import Complex, Indices, Real
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.parts import Linear
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
@@ -156,8 +154,7 @@ def over_time(
 
 def _friction(member: Scenario, time: Real, force: Real) -> Real:
     """Return a friction without memory."""
-    solution = Solution(found={}, method=TRANSIENT, reason="", force=force)
-    chain = FrictionChain(member, time, solution, lambda _: solution)
+    chain = under_force(member, time, force)
     return chain.known(chain.steady(time, force))
 
 
@@ -173,13 +170,7 @@ def _of_one_sine(member: Scenario, terms: list[tuple[Any, PiecewiseDrive]]) -> d
     tone: Any = total_of(
         factor * drive.tones[timing.frequencies == frequency].sum() for factor, drive in terms
     )
-    wave = tone * np.exp(2j * np.pi * frequency[0] * timing.outputs)
-    exact = phasors(member, frequency)
-    found: dict[Key, Any] = {
-        AmplitudeOf(name): np.real(value * wave) for name, value in member.force.amplitudes(exact).items()
-    }
-    effective = member.force.effective_voltage(exact)
-    return found if effective is None else found | {"effective_voltage": np.real(effective * wave)}
+    return of_one_sine(member, frequency, tone * np.exp(2j * np.pi * frequency[0] * timing.outputs))
 
 
 def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, PiecewiseDrive]]) -> dict[K, Real]:
@@ -188,25 +179,18 @@ def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Piecewis
     `terms` are factors, 1 or a column (fingers, 1), and drives with common timing; returns rows (fingers, n), or
     (1, n) for what does not differ.
     """
-    known: dict[Any, Real] = {}
-    found = {}
-    for key, transfer in transfers.items():
-        total = total_of(
-            _driven(transfer if np.ndim(factor) == 0 else transfer * factor, drive, known)
-            for factor, drive in terms
-        )
-        found[key] = total + _left(transfer, terms[0][1]) if np.any(transfer.free) else total
-    return found
+    factors, drives = zip(*terms, strict=True)
+    return of_factors(per_unit(transfers, drives), factors)
 
 
 def per_unit(
     transfers: Mapping[K, Transfer], drives: Sequence[PiecewiseDrive]
-) -> dict[K, tuple[Any, list[Real]]]:
-    """Return the response of linear quantities to charge alone, 0 without it, and to each of some drives."""
+) -> dict[K, tuple[Real | None, list[Real]]]:
+    """Return the response of linear quantities to charge alone, None without it, and to each of some drives."""
     known: dict[Any, Real] = {}
     return {
         key: (
-            _left(each, drives[0]) if np.any(each.free) else 0.0,
+            _left(each, drives[0]) if np.any(each.free) else None,
             [_driven(each, drive, known) for drive in drives],
         )
         for key, each in transfers.items()
@@ -214,18 +198,19 @@ def per_unit(
 
 
 def of_factors(
-    unit: Mapping[K, tuple[Any, list[Real]]], factors: Sequence[Any], stacks: Indices
+    unit: Mapping[K, tuple[Real | None, list[Real]]], factors: Sequence[Any], stacks: Any = slice(None)
 ) -> dict[K, Real]:
-    """Return the responses of fingers (fingers, n) to the sum of drives times factors, with the stack of each."""
+    """Return the responses of fingers (fingers, n) to the sum of drives times factors, 1 or columns, with the stack of each."""
 
-    def of_fingers(rows: Any) -> Any:
-        return rows[stacks] if np.ndim(rows) and len(rows) > 1 else rows
+    def of_fingers(rows: Real) -> Real:
+        return rows[stacks] if len(rows) > 1 else rows
 
-    return {
-        key: of_fingers(left)
-        + total_of(factor * of_fingers(row) for factor, row in zip(factors, rows, strict=True))
-        for key, (left, rows) in unit.items()
-    }
+    def summed(left: Real | None, rows: list[Real]) -> Real:
+        each = [of_fingers(row) for row in rows]
+        parts = [row if np.ndim(one) == 0 else one * row for one, row in zip(factors, each, strict=True)]
+        return np.asarray(total_of(parts if left is None else [*parts, of_fingers(left)]))
+
+    return {key: summed(*given) for key, given in unit.items()}
 
 
 def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:

@@ -27,8 +27,7 @@ from electrovib.solve.population.arrays import (
     some_of,
 )
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
-from electrovib.solve.population.drive import SharedDrive, piecewise_drive, shared_drive
-from electrovib.solve.population.stepping import KERNEL
+from electrovib.solve.population.drive import KERNEL, SharedDrive, piecewise_drive, shared_drive
 from electrovib.solve.stack.expand import Surroundings, modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.modes import is_there
@@ -70,25 +69,12 @@ _FAINT: Final = 1e-9
 """Share of the largest value that is compared for a parameter whose value is 0."""
 
 
-def population(
-    scenario: Source,
-    free: Sequence[str],
-    signals: Sequence[str] = ("electrostatic_force",),
-    time: ArrayLike | None = None,
-) -> Population:
-    """Prepare a scenario for many fingers that differ in a few parameters.
-
-    `time` (n,) [s].
-    """
-    return Population(read_scenario(scenario), free=free, signals=signals, time=time)
-
-
 class Population:
     """Signals of many fingers, each the scenario with its own values of a few parameters.
 
     Parameters
     ----------
-    scenario : Scenario
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
         Experiment with the values that all fingers share.
     free : sequence of str
         Dotted paths of the parameters that differ between fingers.
@@ -119,7 +105,7 @@ class Population:
     Raises
     ------
     InputError
-        As for `population`.
+        If a path or a signal does not exist, or a parameter cannot differ between fingers; names all of them.
 
     Notes
     -----
@@ -128,19 +114,19 @@ class Population:
 
     def __init__(
         self,
-        scenario: Scenario,
-        *,
+        scenario: Source,
         free: Sequence[str],
         signals: Sequence[str] = ("electrostatic_force",),
         time: ArrayLike | None = None,
+        *,
         band: Real | None = None,
         compared: bool = False,
     ) -> None:
         self.free = (free,) if isinstance(free, str) else tuple(free)
         self.names = (signals,) if isinstance(signals, str) else tuple(signals)
+        self.scenario = scenario = read_scenario(scenario)
         self.prepared, self._band = ParametricScenario(scenario, self.free, self._problems()), band
         refuse_unsolved(scenario)
-        self.scenario = scenario
         self.time: Real | None = None
         self.frequency: Real | None = None
         if over_which(self.names) == "time":

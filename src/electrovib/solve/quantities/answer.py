@@ -15,6 +15,7 @@ from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.solve.choice import chosen
 from electrovib.solve.diagnostics.judge import largest_of, largest_values
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.mechanics.mechanical import READINGS
 from electrovib.solve.quantities.names import Named
 from electrovib.solve.quantities.resolve import (
     Resolved,
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.expanded import Record
 
-READINGS: Final = ("normal_force_measured", "lateral_force_measured")
-"""Signals that a digitiser holds between its readings."""
 MEAN_SQUARED: Final = ("voltage", "current", "body_current")
 """Quantities of a `PeakRecord` whose root mean square is computed."""
 _MANY: Final = 2_000

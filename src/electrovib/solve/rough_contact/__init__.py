@@ -4,9 +4,9 @@ The skin's heights and the plate's are one composite roughness on the body that 
 
     heights, load, compliance of the waves        `physics.half_space`, in closed form; `cell`: transforms
     -> pressure where they touch, gap elsewhere   `pressed`: without attraction
-    -> the same in equilibrium with the pull      `attracted`: local Maxwell stress of layers and gap, or any `potential`
+    -> the same in equilibrium with the pull      `attracted`: local Maxwell stress of layers and gap, or any potential
     -> maps and what they add up to               `rest.Loaded.rest` -> `rest.Rest`
-    -> over a voltage, up and down                `following`: where the contact falls shut and where it lets go
+    -> over a voltage, up and down                `rest.follow`: each rest begins with the former
     -> over a rising voltage, kept in a table     `solved`: for runs, studies and fits of a scenario that declares the contact
 
 Energies are those of the displacement g + h of a gap g over heights h: (g + h) K (g + h)/2 + load g + W(g), no gap below 0,
@@ -19,14 +19,12 @@ Inside, the unit of length is the rms height, and that of pressure what the long
 periodic. The bodies have no friction; slopes are small; the field at a place is that of parallel plates.
 """
 
-from electrovib.solve.rough_contact.following import Fall as Fall
-from electrovib.solve.rough_contact.following import fall as fall
-from electrovib.solve.rough_contact.following import follow as follow
-from electrovib.solve.rough_contact.following import follow_voltages as follow_voltages
-from electrovib.solve.rough_contact.potential import Local as Local
-from electrovib.solve.rough_contact.potential import MaxwellStress as MaxwellStress
+from electrovib.solve.rough_contact.cell import Local as Local
+from electrovib.solve.rough_contact.cell import MaxwellStress as MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded as Loaded
 from electrovib.solve.rough_contact.rest import Rest as Rest
 from electrovib.solve.rough_contact.rest import doubts as doubts
+from electrovib.solve.rough_contact.rest import follow as follow
+from electrovib.solve.rough_contact.rest import follow_voltages as follow_voltages
 from electrovib.solve.rough_contact.rest import refuse_beyond_budget as refuse_beyond_budget
 from electrovib.solve.rough_contact.rest import words_of_spots as words_of_spots

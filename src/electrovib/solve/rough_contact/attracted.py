@@ -14,9 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from electrovib.core.arrays import Numbers, Real
-from electrovib.solve.rough_contact.cell import Cell
-from electrovib.solve.rough_contact.directions import Correction, correction
-from electrovib.solve.rough_contact.potential import Attraction, Local
+from electrovib.solve.rough_contact.cell import Attraction, Cell, Correction, Local, correction
 
 ROUNDS = 300
 FIRST_RADIUS = 5.0

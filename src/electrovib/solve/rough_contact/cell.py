@@ -1,17 +1,22 @@
 """One period of the contact on a grid: between pressure and displacement by Fourier transforms, exact or in single precision.
 
 Transforms in single precision serve where an approximate answer is enough: for corrections that the exact operator then
-judges, and for preconditioners.
+judges, and for preconditioners. The attraction is a local potential of the gap. One correction is solved by conjugate gradients
+in single precision, preconditioned, and within a radius where the energy is not convex.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from electrovib.core.arrays import Numbers, Real
+from electrovib.core.errors import InputError
+from electrovib.physics.roughness import local_pull
 
 WORKERS = 2
 """Threads of a transform."""
@@ -91,3 +96,103 @@ class Cell:
         waves *= factors
         found: Numbers = irfft2(waves, s=self.shape, workers=WORKERS, overwrite_x=True)
         return found
+
+
+class Local(NamedTuple):
+    """Energy per area [J/m2], its derivative over the gap, which is the attraction [Pa], and the derivative of that [Pa/m]."""
+
+    energy: Real
+    stress: Real
+    slope: Real
+
+
+Attraction = Callable[[Real], Local]
+"""Of a gap [m], 0 or more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaxwellStress:
+    """Plates in series at each place: layers with a sum of T/eps [m] above 0, a gap, and a voltage [V] held across both.
+
+    Valid where the gap varies over lengths that are long compared with gap and layers.
+    """
+
+    voltage: float
+    electrical_thickness: float
+
+    def __post_init__(self) -> None:
+        """Refuse what makes the attraction infinite."""
+        if not 0 < self.electrical_thickness < np.inf:
+            raise InputError(
+                f"electrical_thickness = {self.electrical_thickness}: the sum of thickness over permittivity of the layers is"
+                " finite and above 0, for instance 1e-6 m"
+            )
+        if not np.isfinite(self.voltage):
+            raise InputError(f"voltage = {self.voltage}: a voltage is finite, for instance 100 V")
+
+    def __call__(self, gap: Real) -> Local:
+        """Return the energy -eps0 V^2/2/(g + h0), voltage held, and its derivatives."""
+        reach = gap + self.electrical_thickness
+        stress = local_pull(self.voltage, electrical_thickness=self.electrical_thickness, gap=gap)
+        return Local(-stress * reach, stress, -2 * stress / reach)
+
+
+REDUCTION = 0.1
+"""A correction is refined until its remainder has fallen to this: what it improves is judged anew after it."""
+MOST = 20
+"""Steps of one correction."""
+
+
+class Correction(NamedTuple):
+    """A correction, its length in the preconditioner's norm, and the first preconditioned remainder, which tells the error.
+
+    `bounded` where it ends at the radius, `concave` where the energy curves downwards along its last direction.
+    """
+
+    step: Numbers
+    length: float
+    first: Numbers
+    bounded: bool
+    concave: bool
+
+
+def correction(
+    operator: Callable[[Numbers], Numbers],
+    preconditioner: Callable[[Numbers], Numbers],
+    remainder: Numbers,
+    *,
+    radius: float = math.inf,
+    worth: Callable[[Numbers], bool] = lambda _: True,
+) -> Correction:
+    """Solve operator x = remainder roughly, by preconditioned conjugate gradients that end at the radius (Steihaug).
+
+    Nothing is solved where the first preconditioned remainder is not `worth` it. Without a radius it ends before a direction
+    along which the energy is not convex.
+    """
+    step = np.zeros_like(remainder)
+    first = shape = preconditioner(remainder)
+    begin = fall = float(np.vdot(remainder, shape))
+    direction, along, across, length = shape, fall, 0.0, 0.0
+    if not worth(first):
+        return Correction(step, 0.0, first, bounded=False, concave=False)
+    for _ in range(MOST):
+        if fall <= REDUCTION**2 * begin:
+            break
+        answer = operator(direction)
+        curvature = float(np.vdot(direction, answer))
+        factor = fall / curvature if curvature > 0 else math.inf
+        if curvature <= 0 or length + factor * (2 * across + factor * along) > radius**2:
+            if math.isfinite(radius):
+                to_edge = (math.sqrt(across**2 + along * (radius**2 - length)) - across) / along
+                step += np.float32(to_edge) * direction
+            return Correction(step, radius, first, bounded=True, concave=curvature <= 0)
+        step += np.float32(factor) * direction
+        length += factor * (2 * across + factor * along)
+        former, remainder = remainder, remainder - np.float32(factor) * answer
+        shape = preconditioner(remainder)
+        before, fall = fall, float(np.vdot(remainder, shape))
+        turn = max((fall - float(np.vdot(former, shape))) / before, 0.0)
+        across = turn * (across + factor * along)
+        along = fall + turn**2 * along
+        direction = shape + np.float32(turn) * direction
+    return Correction(step, math.sqrt(max(length, 0.0)), first, bounded=False, concave=False)

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from electrovib.core.arrays import Indices, Numbers, Real
-from electrovib.solve.rough_contact.cell import Cell
-from electrovib.solve.rough_contact.directions import correction
+from electrovib.solve.rough_contact.cell import Cell, correction
 
 COARSEST = 32
 """Points along a side of the coarsest grid, at least."""

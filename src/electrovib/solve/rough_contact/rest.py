@@ -1,8 +1,12 @@
-"""The contact at rest under a load, with or without attraction."""
+"""The contact at rest under a load, with or without attraction.
+
+Over a voltage that changes slowly each rest begins with the former, so that hysteresis is followed.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -12,8 +16,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve.rough_contact.attracted import attract
-from electrovib.solve.rough_contact.cell import Cell, Compliance
-from electrovib.solve.rough_contact.potential import Attraction, Local
+from electrovib.solve.rough_contact.cell import Attraction, Cell, Compliance, Local, MaxwellStress
 from electrovib.solve.rough_contact.pressed import press
 
 TOLERANCE = 1e-6
@@ -224,4 +227,30 @@ def _not_at_rest(residual: float, tolerance: float, steepness: float) -> str:
         f"the contact did not come to rest: the gap is uncertain by {residual:.1e} of the rms height, tolerance = {tolerance:g};"
         f" the attraction is {steepness:.2g} times as steep as the shortest wave of the grid is stiff. Raise the voltage in"
         " smaller steps, or take a finer grid, which resolves the attraction where that number is below 1"
+    )
+
+
+Pull = Callable[[float], Attraction]
+"""Attraction at a voltage [V]."""
+
+
+def follow(
+    loaded: Loaded, pull: Pull, voltages: Iterable[float], *, start: Real | None = None
+) -> tuple[Rest, ...]:
+    """Return the rest at each voltage [V], which begins with the gap of the former one; the first with `start`."""
+    rests: list[Rest] = []
+    for voltage in voltages:
+        rests.append(loaded.rest(pull(voltage), start=start))
+        start = rests[-1].gap
+    return tuple(rests)
+
+
+def follow_voltages(
+    loaded: Loaded, voltages: Iterable[float], *, electrical_thickness: float
+) -> tuple[Rest, ...]:
+    """Return the rest at each voltage [V] across layers of an electrical thickness [m] and the gap, in this order."""
+    return follow(
+        loaded,
+        lambda voltage: MaxwellStress(voltage=voltage, electrical_thickness=electrical_thickness),
+        voltages,
     )

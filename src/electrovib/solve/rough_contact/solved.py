@@ -19,7 +19,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.contact import RoughContact
 from electrovib.physics.force import TabulatedAttraction
 from electrovib.solve.meter import Meter
-from electrovib.solve.rough_contact.potential import MaxwellStress
+from electrovib.solve.rough_contact.cell import MaxwellStress
 from electrovib.solve.rough_contact.rest import Loaded, Rest, doubts, refuse_beyond_budget
 from electrovib.solve.stack.blocking import uniform_stack
 
@@ -85,10 +85,9 @@ class SolvedContact:
     def law(self, voltage: float) -> TabulatedAttraction:
         """Return the attraction over the voltage, as a table that reaches a voltage [V]."""
         with self._lock:
-            meter = Meter("the rough contact", end=voltage, of="rising voltages", remedy=FEWER)
-            while len(self.rows) < 2 or self.rows[-1].voltage < voltage:
+            if len(self.rows) < 2:
                 self._climb()
-                meter.count(self.rows[-1].voltage)
+            self._reach("voltage", voltage, end=voltage)
             if self._law is None:
                 voltages, attractions, *_ = zip(*self.rows, strict=True)
                 self._law = TabulatedAttraction(voltage_samples=voltages, attraction_samples=attractions)
@@ -103,10 +102,7 @@ class SolvedContact:
         """Return the share in contact [1] under pressures of load and attraction together [Pa]."""
         largest = float(np.max(pressure, initial=0.0, where=np.isfinite(pressure))) - self.pressure
         with self._lock:
-            meter = Meter("the rough contact", end=largest, of="rising voltages", remedy=FEWER)
-            while self.rows[-1].attraction < largest * (1 - ROUNDING):
-                self._climb()
-                meter.count(self.rows[-1].attraction)
+            self._reach("attraction", largest * (1 - ROUNDING), end=largest)
             attraction, share = (self._column(name) for name in ("attraction", "contact_share"))
         return np.asarray(np.interp(pressure, self.pressure + attraction, share))
 
@@ -139,6 +135,13 @@ class SolvedContact:
         if self.fall is not None and self.fall * (1 + ROUNDING) < reached:
             found.append(_pull_in(self.fall, reached))
         return tuple(found)
+
+    def _reach(self, name: str, least: float, *, end: float) -> None:
+        """Climb until a number of the last rest, its voltage or its attraction, is not below a least one."""
+        meter = Meter("the rough contact", end=end, of="rising voltages", remedy=FEWER)
+        while getattr(self.rows[-1], name) < least:
+            self._climb()
+            meter.count(getattr(self.rows[-1], name))
 
     def _climb(self) -> None:
         """Solve the next voltage of the ladder, in smaller steps where the contact would fall for the first time."""

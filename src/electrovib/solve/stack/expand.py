@@ -76,13 +76,7 @@ def per_volt_of(
     With an `area` [m2] for each of some contacts, instead of that of the scenario, one frequency gives as many values.
     """
     around, layers = Surroundings.of(scenario, area), scenario.stack.layers
-    return phasor_section(
-        linearised(layers) if leaks else layers,
-        area=around.area,
-        element=around.element,
-        second=around.second,
-        frequency=frequency,
-    )
+    return phasor_section(linearised(layers) if leaks else layers, frequency=frequency, **vars(around))
 
 
 def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
@@ -157,7 +151,7 @@ def modes_of(scenario: Scenario, debye: dict[str, DebyeSum]) -> ModalSection:
     around, layers = Surroundings.of(scenario), scenario.stack.layers
     if scenario.drive.quantity == "current":
         return current_section(layers, debye, area=around.area)
-    return modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
+    return modal_section(layers, debye, **vars(around))
 
 
 def per_ampere(section: PhasorSection, *, area: Column) -> PhasorSection:

@@ -33,8 +33,7 @@ def count_harmonics(drive: Drive) -> int | None:
     parts = drive.parts()
     if drive.period is None or not all(isinstance(part, Tones) or part.is_step for part in parts):
         return None
-    frequencies, amplitudes = spectrum(drive, harmonics=1)
-    return int(np.count_nonzero(amplitudes[np.argsort(frequencies)]))
+    return int(np.count_nonzero(spectrum(drive, harmonics=1)[1]))
 
 
 def _part_spectrum(part: Part, harmonics: int) -> tuple[Real, Complex]:
@@ -50,15 +49,13 @@ def _part_spectrum(part: Part, harmonics: int) -> tuple[Real, Complex]:
 def _straight_spectrum(part: Linear, period: float, harmonics: int) -> tuple[Real, Complex]:
     """Return the Fourier series of straight pieces: 1/(j w) for each discontinuity, 1/(j w)^2 for each change of slope."""
     first, last = part.after[:-1], part.before[1:]
-    steps = np.diff(part.times)
-    slopes = (last - first) / steps
-    mean = float(np.sum((first + last) / 2 * steps)) / period
+    slopes = (last - first) / np.diff(part.times)
     jumps = first - np.roll(last, 1)
     bends = slopes - np.roll(slopes, 1)
     angular = 2 * np.pi * np.arange(1, harmonics + 1) / period
     turns = np.exp(-1j * angular[:, None] * part.times[:-1])
     series = 2 / period * (turns @ jumps / (1j * angular) + turns @ bends / (1j * angular) ** 2)
-    return np.append(0.0, angular / (2 * np.pi)), np.append(mean + 0j, series)
+    return np.append(0.0, angular / (2 * np.pi)), np.append(_mean(part) + 0j, series)
 
 
 def settled_integral(drive: Drive, time: Real) -> Real:

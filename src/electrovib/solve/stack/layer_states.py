@@ -109,14 +109,6 @@ class StackStates:
         """Elements with a leak that has a kink where the field changes its sign."""
         return tuple(index for index, leak in self.leaks if isinstance(leak, PolarityConduction))
 
-    def mixing(self) -> Real:
-        """Return the charge before each element minus its slow polarisation, per state; shape (elements, size)."""
-        count, interfaces = len(self.thicknesses), len(self.charges)
-        found = np.zeros((count, self.size))
-        found[:, :interfaces] = np.tri(count, interfaces, -1)
-        found[self.owners, interfaces + np.arange(len(self.rates))] = -1.0
-        return found
-
     def start(self) -> Real:
         """Return the state at time 0 and 0 V: charges with their image on the plate, no polarisation; shape (size,)."""
         state = np.zeros(self.size)
@@ -172,12 +164,14 @@ class StackStates:
 
     @functools.cached_property
     def _matrices(self) -> tuple[Real, Real, Real, Real]:
-        """Charge less slow polarisation per state, elements of the terms, weights, and fields per state and voltage.
+        """Charge before each element less its slow polarisation, elements of the terms, weights, fields; per state and voltage.
 
         The last is that of a fixed stack. The rates of change are differences of large numbers and are formed from the fields,
         never from sums of states.
         """
-        apart = self.mixing().T
+        apart, first = np.zeros((self.size, len(self.thicknesses))), len(self.charges)
+        apart[:first] = np.tri(len(self.thicknesses), first, -1).T
+        apart[first + np.arange(len(self.rates)), self.owners] = -1.0
         owners = np.equal.outer(self.owners, np.arange(len(self.thicknesses))).astype(float)
         weights = self.repeats * self.thicknesses / self.permittivities
         across = np.append(np.zeros(self.size), 1.0)

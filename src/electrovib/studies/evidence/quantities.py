@@ -62,7 +62,7 @@ def steady(scenario: Scenario) -> SteadyFriction:
 
 def friction_alone(scenario: Scenario, *, times: float = 1.0) -> float:
     """Compute the friction force [N] of steady sliding under a multiple of the load, without attraction."""
-    from electrovib.solve.electrics.real_contact import real_area
+    from electrovib.solve.electrics.attraction import real_area
 
     load = np.asarray(times * scenario.load.normal_force)
     law = steady(scenario)

@@ -17,9 +17,9 @@ import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve import population as signals_of_fingers
+from electrovib.solve.population.drive import KERNEL
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.population.percentiles import Histogram, thread_count
-from electrovib.solve.population.stepping import KERNEL
 from electrovib.studies.population.declared import BLOCK, DeclaredStudy
 from electrovib.studies.population.result import computing_versions
 
@@ -160,7 +160,7 @@ class Evaluator:
 
     def __init__(self, declared: DeclaredStudy, *, threads: int | None = None) -> None:
         self.declared, self.threads = declared, threads
-        self.population = signals_of_fingers.population(
+        self.population = signals_of_fingers.Population(
             declared.scenario, free=tuple(declared.space.paths), signals=declared.signals
         )
         self.axis: Real = np.asarray(getattr(self.population, declared.axis), dtype=float)

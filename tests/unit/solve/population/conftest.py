@@ -8,7 +8,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.solve.one_by_one import ParametricScenario
-from electrovib.solve.population import population
+from electrovib.solve.population import Population
 
 OVER_TIME = ("electrostatic_force", "lateral_force", "normal_force", "drive_voltage", "stack_voltage")
 OVER_TIME += ("interface_field", "field", "displacement")
@@ -47,7 +47,7 @@ def difference(scenario, free, names=OVER_TIME, count=3, seed=1, draws=None, tim
     member = ev.load(scenario)
     if time is None and "mean_force" not in names:
         time = times_of(member)
-    many = population(member, free, names, time)
+    many = Population(member, free, names, time)
     given = draw(member, free, count, seed) if draws is None else draws
     found = many.signals(given)
     expected = ParametricScenario(member, free).of_many(many.columns(given), names=names, time=many.time)

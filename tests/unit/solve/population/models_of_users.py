@@ -18,7 +18,7 @@ from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction
 from electrovib.physics.material import Material
 from electrovib.solve.one_by_one import value_of
-from electrovib.solve.population import population
+from electrovib.solve.population import Population
 from electrovib.solve.simulate import simulate
 
 OWN = ModuleType("own_models_of_a_user")
@@ -84,7 +84,7 @@ def answered(draw, scenario, path, signal):
     frequency = not scenario.force.causal
     names = ["mean_force"] if frequency else [signal]
     time = None if frequency else np.linspace(0.0, 0.05, 6)
-    many = population(scenario, [path], names, time)
+    many = Population(scenario, [path], names, time)
     return many.method, many.signals(draw(scenario, [path], 2, spread=0.05))[names[0]]
 
 
@@ -116,7 +116,7 @@ def test_sums_of_relaxations_are_computed_in_arrays(fingers, name):
 def test_what_a_model_refuses_together_is_refused_in_arrays(name):
     where, table = WHERE[Material], dict(SHIPPED[Material, "HavriliakNegami"].example)
     scenario = ev.load("vezzoli_2014/fig6").replace({where: {"model": name, **table}})
-    many = population(scenario, [f"{where}.skewness"], ["mean_force"])
+    many = Population(scenario, [f"{where}.skewness"], ["mean_force"])
     assert many.method.startswith("together")
     many.signals({f"{where}.skewness": [0.5, 0.7, 1.2]})
     with pytest.raises(InputError, match=r"broadness \* skewness is 1.6.*finger 2 of the call"):

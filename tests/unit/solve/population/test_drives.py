@@ -8,7 +8,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import SLACK
-from electrovib.solve.population import population
+from electrovib.solve.population import Population
 from electrovib.solve.population.arrays import respond
 from electrovib.solve.population.drive import piecewise_drive
 from electrovib.solve.population.fingers import _agree
@@ -95,7 +95,7 @@ def test_a_current_with_a_mean_has_no_periodic_state_in_arrays():
     drive = {"model": "CurrentAmplifier", "sense_resistance": 1e6} | command
     free = ["drive.command.drives.1.offset", "drive.command.drives.2.offset"]
     member = ev.load("kim_2015/current").replace({"drive": drive})
-    many = population(member, free, ["interface_field"], np.linspace(0, 0.02, 5))
+    many = Population(member, free, ["interface_field"], np.linspace(0, 0.02, 5))
     assert "mean" in many.method
     with pytest.raises(InputError, match="mean"):
         many.signals({free[0]: np.array([0.5, 0.7]), free[1]: np.array([-0.5, -0.5])})

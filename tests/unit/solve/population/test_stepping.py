@@ -5,8 +5,8 @@ import pytest
 from plain_recursion import march_loop
 
 from electrovib.core.errors import InputError
+from electrovib.solve.population.drive import first_order_hold_many, time_steps
 from electrovib.solve.population.percentiles import Histogram, in_threads, quantiles, ranges, thread_count
-from electrovib.solve.population.stepping import first_order_hold_many, time_steps
 
 SAME = 1e-12
 

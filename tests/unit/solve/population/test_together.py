@@ -12,7 +12,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.solve.one_by_one import ParametricScenario
-from electrovib.solve.population import arrays, population
+from electrovib.solve.population import Population, arrays
 from electrovib.solve.population import fingers as computed
 from electrovib.solve.population.columns import check_values, shared_reductions, with_columns
 from electrovib.solve.stack.transfer import NotInArraysError
@@ -160,13 +160,13 @@ def test_other_drives_charges_and_laws_agree(fingers, scenario, changes, free, n
 def test_every_path_of_every_scenario_agrees_with_one_by_one(fingers, scenario):
     member = ev.load(scenario)
     if any(layer.leak for layer in member.stack.layers.values()) or member.motion.moved_gap is not None:
-        assert "the electrical solver is" in population(member, ["friction.coefficient"]).method
+        assert "the electrical solver is" in Population(member, ["friction.coefficient"]).method
         return
     several, time = [], fingers.times_of(member, 100)
     for path, value, _ in member.parameters():
         if value is None or path.startswith(("time.", "frequency.")):
             continue
-        if not population(member, [path], fingers.OVER_TIME, time).method.startswith("together"):
+        if not Population(member, [path], fingers.OVER_TIME, time).method.startswith("together"):
             continue
         assert agreement(fingers, member, [path], 2, time) < limit_of(member, [path]), path
         several.append(path)
@@ -190,7 +190,7 @@ def agreement(fingers, member, free, count, time, seed=1):
         return max(fingers.difference(member, free, count=count, seed=seed, time=time)[0].values())
     except InputError:
         given_ = fingers.draw(member, free, count, seed)
-        many = population(member, free, fingers.OVER_TIME, time)
+        many = Population(member, free, fingers.OVER_TIME, time)
         alone = functools.partial(
             ParametricScenario(member, free).of_many, names=fingers.OVER_TIME, time=time
         )
@@ -271,7 +271,7 @@ def test_a_finger_does_not_depend_on_the_company_or_on_the_parts_in_memory(
     """In calls of 1, 7 and many fingers; and with responses of 3 fingers at once, of stacks of 7."""
     member, free, names = ev.load(scenario), free.split(), names or fingers.OVER_TIME
     time = None if "mean_force" in names else fingers.times_of(member, 100)
-    many, draws = population(member, free, names, time), fingers.draw(member, free, count)
+    many, draws = Population(member, free, names, time), fingers.draw(member, free, count)
     draws[free[0]][[1, 5, 6]] = draws[free[0]][0]
     whole = many.signals(draws)
 
@@ -288,7 +288,7 @@ def test_a_finger_does_not_depend_on_the_company_or_on_the_parts_in_memory(
     assert_parts(slice(5, 6), slice(count - 1, None), slice(3, 10), slice(7, None), slice(None, None, -1))
     for name, value in {"STACKS": 7, "RESPONSES": 1, "FEWEST": 3}.items():
         monkeypatch.setattr(computed, name, value)
-    many = population(member, free, names, time)
+    many = Population(member, free, names, time)
     assert many.method.startswith("together")
     assert_parts(slice(0, 17))
 
@@ -296,7 +296,7 @@ def test_a_finger_does_not_depend_on_the_company_or_on_the_parts_in_memory(
 @pytest.mark.parametrize(("scenario", "way"), [(GAP, "together"), (KIM, "one by one")])
 def test_signals_in_parts_are_those_of_one_call(fingers, scenario, way):
     member, free, names = ev.load(scenario), [BETWEEN, FILM], ("electrostatic_force", "drive_voltage")
-    many = population(member, free, names, fingers.times_of(member, 100))
+    many = Population(member, free, names, fingers.times_of(member, 100))
     draws = fingers.draw(member, free, 11)
     assert many.method.startswith(way)
     expected, seen = many.signals(draws), []
@@ -310,7 +310,7 @@ def test_signals_in_parts_are_those_of_one_call(fingers, scenario, way):
 def test_a_stack_that_arrays_refuse_is_computed_one_by_one(monkeypatch, fingers):
     """Only the second of three stacks of fingers has a finger with fewer modes."""
     member, free = ev.load(GAP), [BETWEEN, "contact.area"]
-    many, draws = population(member, free, time=fingers.times_of(member)), fingers.draw(member, free, 8)
+    many, draws = Population(member, free, time=fingers.times_of(member)), fingers.draw(member, free, 8)
     expected = many.signals(draws)["electrostatic_force"]
     monkeypatch.setattr(computed, "STACKS", 3)
     known, calls = arrays.linear_quantities, []
@@ -332,7 +332,7 @@ def test_fingers_of_another_form_are_those_of_one_by_one(monkeypatch, fingers):
     free = ["stack.gap.material.conductivity", SKIN, "circuit.source_resistance"]
     draws = fingers.draw(member, free, 12)
     draws[free[0]][[2, 7]] = draws[free[2]][[3, 7]] = 0.0
-    many = population(member, free, time=fingers.times_of(member))
+    many = Population(member, free, time=fingers.times_of(member))
     # fingers with the same numbers of 0 have the same modes: none is alone
     with monkeypatch.context() as patch:
         patch.setattr(ParametricScenario, "of_many", None)
@@ -369,7 +369,7 @@ DAHL = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "st
 )
 def test_what_is_one_by_one_has_a_reason(scenario, changes, free, name, words):
     time = None if name == "mean_force" else np.linspace(0.0, 0.2, 5)
-    many = population(ev.load(scenario).replace(changes), [free], [name], time)
+    many = Population(ev.load(scenario).replace(changes), [free], [name], time)
     assert many.method.startswith("one by one: ")
     assert words in many.method
     assert many.kernel == "one scenario at a time"
@@ -381,7 +381,7 @@ def test_a_formula_that_takes_no_arrays_is_computed_one_by_one(monkeypatch):
     monkeypatch.setattr(
         law, "amplitudes", lambda self, section: float(self.mean_gap) and whole(self, section)
     )
-    many = population(
+    many = Population(
         "persson_2018/coating", ["force.mean_gap"], ["electrostatic_force"], np.linspace(0, 0.02, 5)
     )
     assert many.method.startswith("one by one: a formula of the scenario does not run on arrays")
@@ -398,7 +398,7 @@ def test_models_of_users_pass_their_tests():
 
 
 def test_values_outside_their_range_are_refused_and_its_ends_are_within():
-    many = population(GAP, [BETWEEN, "contact.area"])
+    many = Population(GAP, [BETWEEN, "contact.area"])
     words = r"stack.gap.thickness = 1: must lie between .*finger 1 of the call"
     with pytest.raises(InputError, match=words) as error:
         many.signals({BETWEEN: [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
@@ -425,7 +425,7 @@ def test_values_that_a_model_refuses_together_are_refused_for_the_finger_that_ha
 def shared(scenario, free, columns, names=("lateral_force", "current")):
     """Signals of fingers that have stacks in common, and of the same fingers one by one."""
     member = ev.load(scenario)
-    many = population(member, free, names, member.time.times(member.drive)[::40])
+    many = Population(member, free, names, member.time.times(member.drive)[::40])
     assert many.method == computed.TOGETHER
     expected = ParametricScenario(member, free).of_many(columns, names=names, time=many.time)
     return many, many.signals(columns), expected

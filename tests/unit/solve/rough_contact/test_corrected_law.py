@@ -7,7 +7,7 @@ from electrovib.physics.contact import FittedSurface, RoughAttraction
 from electrovib.physics.half_space import Elastic
 from electrovib.physics.roughness import PullingSpots, local_pull, mean_pull
 from electrovib.physics.topography import SelfAffine
-from electrovib.solve.diagnostics.area_beyond import pressed_gaps
+from electrovib.solve.diagnostics.closed_gap import pressed_gaps
 from electrovib.solve.rough_contact import Loaded, follow_voltages
 
 DRAWS = 16

@@ -12,7 +12,7 @@ from electrovib.studies.population import StudyCancelledError, study
 @pytest.fixture
 def quick(monkeypatch):
     """A study whose fingers cost nothing; another seed, number or statistic can be given."""
-    monkeypatch.setattr("electrovib.solve.population.population", stand_in)
+    monkeypatch.setattr("electrovib.solve.population.Population", stand_in)
     monkeypatch.setattr(StandInPopulation, "kernel", "stand-in")
     return functools.partial(study, "vezzoli_2014/fig6", SPACE, seed=3)
 

@@ -29,7 +29,7 @@ SPACE_WITH_SOURCES = {
 @pytest.fixture(scope="module")
 def found():
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("electrovib.solve.population.population", stand_in)
+        patched.setattr("electrovib.solve.population.Population", stand_in)
         return ev.study(
             "vezzoli_2014/fig6",
             SPACE_WITH_SOURCES,
@@ -136,7 +136,7 @@ def test_a_study_that_xarray_has_read_is_saved_as_the_answer_is(found, tmp_path)
 
 
 def test_the_page_of_a_store_is_that_of_its_result(tmp_path, monkeypatch):
-    monkeypatch.setattr("electrovib.solve.population.population", stand_in)
+    monkeypatch.setattr("electrovib.solve.population.Population", stand_in)
     one = ev.study("vezzoli_2014/fig6", SPACE, n=50, seed=1, output=tmp_path / "a.zarr")
     first = ev.report(one, tmp_path / "one.html").read_bytes()
     assert ev.report(tmp_path / "a.zarr", tmp_path / "two.html").read_bytes() == first
@@ -177,7 +177,7 @@ def recording(found):
 @pytest.mark.slow
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
 def test_a_recording_and_a_run_are_drawn_over_the_bands_in_any_order(tmp_path, monkeypatch, order):
-    monkeypatch.setattr("electrovib.solve.population.population", stand_in)
+    monkeypatch.setattr("electrovib.solve.population.Population", stand_in)
     study = ev.study("vezzoli_2014/fig6", SPACE, n=50, seed=1, output=tmp_path / "a.zarr")
     recording(study).to_netcdf(tmp_path / "rec.nc")
     ev.save(ev.simulate("vezzoli_2014/fig6"), tmp_path / "run.nc")

@@ -197,7 +197,7 @@ class Slow(StandInPopulation):
         time.sleep(2e-5 * len(next(iter(draws.values()))))
         return super().signals(draws)
 
-electrovib.solve.population.population = lambda scenario, free, signals: Slow(signals=signals)
+electrovib.solve.population.Population = lambda scenario, free, signals: Slow(signals=signals)
 tiles.TileSizes.measured = lambda self, fingers, seconds: setattr(self, "wanted", 256)
 run.PAUSE = 0.02
 import electrovib as ev
