@@ -204,6 +204,7 @@ def test_all_that_is_missing_is_said_at_once(tmp_path):
         ({"scale": 2.0}, "unit: missing beside scale"),
         ({"values": ["1 V", 1, 2]}, "values = 1 V: expected a force"),
         ({"values": [0, 1, 2]}, "positive numbers, unlike 0"),
+        ({"values": [-1.0, 1, 2]}, "positive numbers, unlike -1"),
         ({"values": [float("nan"), 1, 2]}, "expected a finite number"),
         ({"values": [True, 1, 2]}, "values = [True, 1, 2]: expected a number"),
         ({"spread": 0}, "positive numbers, unlike 0"),
