@@ -254,31 +254,6 @@ def test_a_fit_has_the_names_of_its_function_and_of_what_this_is_given(name):
     assert own - set().union(*taken) <= further
 
 
-OTHER_WORDS = """
-run my.toml --want x => no option '--want' of 'electrovib run'; 'run' takes '--quantity'
-study my.toml --over a=1:2:3 => no option '--over' of 'electrovib study'; 'study' takes '--set'
-times a.nc --signal force => no option '--signal' of 'electrovib times'; 'times' takes '--quantity'
-import a.csv --crop 1 => no option '--crop' of 'electrovib import'; 'import' takes '--set'
-check my.toml --seperately => no option '--seperately' of 'electrovib check'; 'check' has no such option.
-check my.toml --limit a => 'check' has no such option. Did you mean '--limits'?
-run my.toml --budget 1 => '--budget' stands before the command: electrovib --budget ... run
-bench run my.toml --over a=1:2:3 => no option '--over' of 'electrovib bench run'; 'run' takes '--set'
-perceive my.toml => 'perceive' is no command; this is done by 'electrovib run'
-calibrate a.csv => 'calibrate' is no command; this is done by 'electrovib fit'
-exprot my.toml => 'exprot' is no command. Did you mean 'export'?
-bench start => 'start' is no command.
-"""
-
-
-@pytest.mark.parametrize(
-    ("line", "sentence"), [row.split(" => ") for row in OTHER_WORDS.strip().splitlines()]
-)
-def test_another_word_is_answered_with_the_right_one(line, sentence, refused):
-    err = refused(line)
-    assert sentence in err
-    assert err.count("\n") == 1
-
-
 def test_every_word_that_is_merged_names_a_command_that_there_is():
     from electrovib.apps.cli.meant import _DONE_BY
 

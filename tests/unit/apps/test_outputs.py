@@ -69,18 +69,6 @@ def test_an_input_stays_whatever_is_forced(line, force, files, refused):
 
 
 @pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("report t.nc -o t.nc", "t.nc: this result is written as .html, .pdf"),
-        ("report b.toml -o b.toml", "b.toml: this result is written as .html, .pdf"),
-        ("run b.toml --report b.toml", "b.toml: a report is an .html file"),
-    ],
-)
-def test_a_report_is_no_trace_and_no_scenario(line, words, files, refused):
-    assert words in refused(f"{line} --force")
-
-
-@pytest.mark.parametrize(
     ("name", "line"),
     [
         ("meas.csv", "run b.toml -o meas.csv"),

@@ -10,7 +10,6 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.roughness import IdleSpots, LeakingSpots
 from electrovib.solve.rough_contact import Loaded, MaxwellStress
 
 PAPER = "bau_2010/sine"
@@ -148,27 +147,6 @@ def test_a_film_without_a_known_strength_has_no_share():
         solved({"stack.insulator.material": {"model": "Constant", "permittivity": 9.0}}, voltage=20.0).films
         == ()
     )
-
-
-def test_spots_leak_or_are_idle_as_those_of_a_force_law(found):
-    """A resistivity without end pulls, one of 0 is idle; in between the high-pass of `LeakingSpots`."""
-    corner = 1 / (2 * np.pi * eps0 * 1e8)
-    volts, whole = [0.0, 20.0], found.attraction[2]
-    idle = solved(voltage=volts, spots=IdleSpots())
-    assert 0.3 * whole < idle.attraction[1] < 0.8 * whole
-    assert idle.contact_share[1] < found.contact_share[2]
-    assert idle.mean_gap[1] == pytest.approx(found.mean_gap[2], rel=1e-6)
-    assert idle.capacitance[1] == pytest.approx(found.capacitance[2], rel=1e-6)
-    for frequency, resistivity, expected in ((100.0, 1e18, whole), (0.0, 1e18, idle.attraction[1])):
-        spots = LeakingSpots(resistivity=resistivity)
-        leaking = solved(voltage=volts, spots=spots, frequency=frequency)
-        assert leaking.attraction[1] == pytest.approx(expected, rel=1e-5)
-    half = solved(voltage=volts, spots=LeakingSpots(resistivity=1e8), frequency=corner)
-    assert half.field_share == pytest.approx(np.sqrt(0.5), rel=1e-9)
-    assert idle.attraction[1] < half.attraction[1] < whole
-    assert half.coarser[1, 1] < 0.9 * solved(voltage=volts).coarser[1, 1]
-    assert "they have 70.7 % of the field of spots that insulate" in str(half)
-    assert "spots that insulate" not in str(found)
 
 
 def test_a_measured_surface_is_solved_with_its_mirror_images():

@@ -137,24 +137,6 @@ def test_units_have_their_letters():
     assert pretty_unit("1") == ""
 
 
-@pytest.mark.parametrize(
-    ("value", "unit", "shown"),
-    [
-        (90e-6, "m", "90 µm"),
-        (1000.0, "ohm", "1 kΩ"),
-        (0.5, "1", "0.5"),
-        (-330e-6, "C/m2", "-330 µC/m²"),
-        (0.0, "V", "0 V"),
-        (1e-4, "m2", "1 cm²"),
-        (None, "V", "–"),
-        (3.0, "kg", "3 kg"),
-        (float("nan"), "N", "nan N"),
-    ],
-)
-def test_quantities(value, unit, shown):
-    assert pretty_quantity(value, unit) == shown
-
-
 @settings(deadline=None, max_examples=100)
 @given(st.floats(1e-14, 1e14), st.sampled_from(["V", "N", "m", "V/m", "ohm", "S/m"]))
 def test_a_shown_quantity_reads_back(value, unit):

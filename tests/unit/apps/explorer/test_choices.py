@@ -20,13 +20,13 @@ from electrovib.apps.explorer.controls import (
     parameters_of,
 )
 from electrovib.apps.explorer.page.plots import content
-from electrovib.apps.explorer.state import PageState, presets, read_query, scenario_of
+from electrovib.apps.explorer.state import PageState, presets, scenario_of
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
 from electrovib.core.quantity import quantity_of
 from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
-from electrovib.physics.perception import ElasticSkin, Perception
+from electrovib.physics.perception import Perception
 
 GAP = "vezzoli_2014/fig6_gap"
 SCENARIO = ev.load(GAP)
@@ -279,25 +279,6 @@ def test_a_perception_can_be_declared_where_a_scenario_has_none(by_path):
     channel = rows["perception.channels.0.best_frequency"]
     assert (channel.name, channel.is_detail) == ("channel 1, best frequency", True)
     assert not rows["perception.window"].is_detail
-
-
-def test_a_calibrated_perception_survives_the_link():
-    assert COMPLIANCE.options[AS_GIVEN] == "none"
-    state = chosen(PageState(GAP), COMPLIANCE, "ElasticSkin", {})
-    for name, text in (
-        ("compliance.stiffness", "2 kN/m"),
-        ("threshold", "1 um"),
-        ("threshold_uncertainty", "3"),
-    ):
-        state = state.changed(f"perception.{name}", text)
-    again = read_query(state.to_query(), own={}, default=GAP)
-    scenario = scenario_of(again, own={})
-    skin = ElasticSkin(stiffness=2000)
-    assert scenario.perception == Perception(compliance=skin, threshold=1e-6, threshold_uncertainty=3)
-    assert COMPLIANCE.present(again, scenario) == "ElasticSkin"
-    changed = scenario_of(chosen(again, COMPLIANCE, "ElasticViscousSkin", {}), own={}).perception
-    assert (changed.compliance.stiffness, changed.threshold) == (2000, 1e-6)
-    assert scenario_of(chosen(again, COMPLIANCE, AS_GIVEN, {}), own={}).perception.compliance is None
 
 
 def test_a_link_that_gives_a_whole_perception_shows_its_compliance():

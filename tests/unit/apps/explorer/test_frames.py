@@ -99,24 +99,6 @@ def test_any_other_message_ends_the_connection_with_one_line(message, lines):
     assert "\n" not in lines[0]
 
 
-def test_what_a_handler_cannot_read_is_one_line(lines):
-    async def read(_, message):
-        return message["id"] + 1
-
-    handlers = {"event": read, "ack": lambda _, message: message["id"], "disconnect": read}
-    check_events(handlers)
-    assert handlers["disconnect"] is read
-    assert asyncio.run(handlers["event"]("a", {"id": 1})) == 2
-    assert asyncio.run(handlers["ack"]("a", {"id": 1})) == 1
-    assert lines == []
-    assert asyncio.run(handlers["ack"]("a", {"other": "first\nsecond"})) is False
-    assert asyncio.run(handlers["event"]("a", {"id": "x"})) is False
-    assert len(lines) == 2
-    assert "'ack' (KeyError: 'id')): {'other': 'first" in lines[0]
-    assert "TypeError" in lines[1]
-    assert not any("\n" in each for each in lines)
-
-
 def test_a_handshake_that_cannot_be_read_is_one_line_with_its_address(lines):
     def connect(_, environment, authority=None):
         raise Refused("no page") if environment["QUERY_STRING"] else KeyError("client_id")

@@ -27,7 +27,6 @@ from electrovib.apps.explorer.key_figures import (
 )
 from electrovib.apps.explorer.page.plots import content
 from electrovib.apps.explorer.pictures import over_frequency, over_time
-from electrovib.apps.explorer.runner import LatestOnly
 from electrovib.apps.explorer.session import Earlier
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.diagnostics import Diagnostic
@@ -149,23 +148,6 @@ def test_the_answers_follow_once_no_slider_has_moved_for_a_moment():
         return one
 
     Visit(actions)
-
-
-def test_a_wait_ends_when_something_newer_comes():
-    async def run():
-        rested = []
-
-        async def task(value):
-            rested.append((value, await latest.rests(30 if value == 1 else 0.01)))
-
-        latest = LatestOnly(task, pytest.fail)
-        latest.ask(1)
-        await asyncio.sleep(0.01)
-        latest.ask(2)
-        await asyncio.wait_for(until(lambda: latest.is_idle), 10)
-        return rested
-
-    assert asyncio.run(run()) == [(1, False), (2, True)]
 
 
 def test_the_result_before_a_change_stays_until_the_next_change(monkeypatch):

@@ -1,15 +1,12 @@
 """Value of a parameter for a share of a population, against exact quantiles of static laws."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 from scipy.stats import beta, binom, norm
-from typer.testing import CliRunner
 
 import electrovib as ev
-from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.studies.design.search import inside_band
@@ -315,23 +312,3 @@ def test_combinations_reach_the_share_among_brute_force_draws(space, high):
     low, most = found.found.interval
     assert low <= np.mean((forces >= 2e-3) & (forces <= high)) <= most
     assert found.is_achieved
-
-
-def test_the_command_prints_the_answer_and_writes(tmp_path):
-    space = f'[space]\n"{PATH}" = {{ model = "LogNormal", median = "1 um", factor = 1.5 }}\n'
-    (tmp_path / "space.toml").write_text(space, encoding="utf-8")
-    words = [
-        "value-for-share",
-        "bau_2010/sine",
-        "--want",
-        f"{MEAN} = 20mN:400mN",
-        "--space",
-        str(tmp_path / "space.toml"),
-    ]
-    words += ["--share", "0.8", "--seed", "1", "-n", "50"]
-    done = CliRunner().invoke(app, [*words, "--free", VOLTS, "-o", str(tmp_path / "found.json")])
-    assert done.exit_code == 0, done.output
-    assert "of the draws; wanted: 80 %" in " ".join(done.output.split())
-    table = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))
-    assert table["found"]["share"] >= table["share"] == 0.8
-    assert CliRunner().invoke(app, [*words, "--free", "drive.amplitude=1V:2V"]).exit_code == 1
