@@ -13,7 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import load
 from electrovib.studies.compare import compare
-from electrovib.studies.compare.laws import static_force
+from electrovib.studies.compare.laws import insulating, static_force
 from electrovib.studies.compare.materials import AS_IT_IS
 from electrovib.studies.compare.result import explain
 
@@ -331,3 +331,32 @@ def test_mistakes_are_answered_and_several_layers_of_the_plate_need_a_name():
             ev.compare_materials(scenario, **wrong)
     compared = ev.compare_materials(two, layer="upper", materials=["pet"])
     assert (compared.layer, len(compared.entries)) == ("upper", 2)
+
+
+def test_a_rough_contact_that_is_solved_stands_beside_laws_of_the_declared_gap():
+    """Its own law has the attraction of `rough_contact`; the others take the gap of the stack, as without it."""
+    rough = {
+        "model": "RoughContact",
+        "roughness": {
+            "model": "SelfAffine",
+            "rms": 2e-6,
+            "hurst": 0.8,
+            "longest": 1e-3,
+            "roll_off": 2.5e-4,
+            "shortest": 1.25e-4,
+        },
+        "body": {"model": "Elastic", "modulus": "10 MPa"},
+    }
+    held = load("bau_2010/sine").replace({"drive": {"model": "Step", "level": 20.0}})
+    solved = held.replace({"force": {"model": "TabulatedAttraction"}, "contact.surface": rough})
+    found = compare(solved, over={"contact.surface.roughness.rms": [1e-6, 2e-6]})
+    entries, without = by_name(found), by_name(compare(held))
+    assert {name: each.static for name, each in entries.items() if name != "TabulatedAttraction"} == {
+        name: each.static for name, each in without.items()
+    }
+    alone = ev.rough_contact(insulating(solved), voltage=[20.0]).force[0]
+    assert entries["TabulatedAttraction"].static == pytest.approx(alone, rel=5e-3)
+    over = lines(next(panel for panel in found.panels if panel.id.startswith("static_over_contact_surface")))
+    assert over["TabulatedAttraction"].y[1] == pytest.approx(alone, rel=5e-3)
+    assert over["TabulatedAttraction"].y[0] > over["TabulatedAttraction"].y[1]
+    assert np.ptp(over[PLANE].y) == 0

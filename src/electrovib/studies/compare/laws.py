@@ -16,6 +16,7 @@ from electrovib.core.errors import ElectrovibError, InputError, NotCausalError
 from electrovib.core.mistakes import near_members
 from electrovib.core.paths import quantity_at, words_at
 from electrovib.core.units import format_quantity
+from electrovib.physics.contact import RoughContact
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.safety import AIR
@@ -163,10 +164,18 @@ def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, 
             cases[name] = scenario
             continue
         try:
-            cases[name] = scenario.replace({"force": {"model": name}})
+            cases[name] = _under(scenario, name)
         except InputError as error:
             left_out[name] = "; ".join(each if each.path else each.reason for each in error.problems)
     return cases, left_out
+
+
+def _under(scenario: Scenario, law: str) -> Scenario:
+    """Return a scenario with another law, which takes the declared gap where a rough contact was solved for its gaps."""
+    changes: dict[str, Any] = {"force": {"model": law}}
+    if isinstance(scenario.contact.surface, RoughContact):
+        changes["contact.surface"] = None
+    return scenario.replace(changes)
 
 
 class _Bench:
@@ -174,7 +183,7 @@ class _Bench:
 
     def __init__(self, scenario: Scenario, voltage: float, frequency: Real, time: Real) -> None:
         self.voltage, self.frequency, self.time = voltage, frequency, time
-        in_gap = scenario.replace({"force": {"model": "MaxwellStressInGap"}})
+        in_gap = _under(scenario, "MaxwellStressInGap")
         self.static = static_force(in_gap, voltage=voltage)
         self.breakdown = air_breaks_down(scenario, voltage=voltage)
         step = _stepped(in_gap, voltage, time, "AtRest")
@@ -308,7 +317,7 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
 
 
 def _with(case: Scenario, path: str, value: float) -> Scenario:
-    if path.startswith("force."):
+    if path.startswith(("force.", "contact.surface.")):  # those of one law alone
         try:
             quantity_at(case, path)
         except InputError:
@@ -361,7 +370,7 @@ def static_force(scenario: Scenario, *, voltage: float) -> float:
 
 def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
     """Return the warnings about the air of the gap at a constant voltage without conduction; empty without one."""
-    in_gap = insulating(scenario).replace({"force": {"model": "MaxwellStressInGap"}})
+    in_gap = _under(insulating(scenario), "MaxwellStressInGap")
     return "; ".join(air_warnings(_held(in_gap, voltage)))
 
 
