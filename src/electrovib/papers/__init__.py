@@ -1,9 +1,9 @@
 """One module for each publication, found automatically: its laws and checks; what it states is data beside it, without Python.
 
-`published/author_year.toml` has citations, status, values, skins, materials and scenarios, `measured/author_year.toml` what was
-measured; both are read as files of a user are. The docstring of a module says what the paper claims and what it does not. It
-declares CITATIONS, CITATION, STATUS and a check, and by name what it has to give: laws are subclasses of a family; `skins`,
-`materials`, `stacks`, `scenarios`, `quantities` and `reproduce` are functions.
+`published/author_year.toml` has citations, status, values, skins, materials, scenarios and checks, `measured/author_year.toml`
+what was measured; both are read as files of a user are. The docstring of a module says what the paper claims and what it does
+not. It declares CITATIONS, CITATION, STATUS and CHECKS, each computed by a function of its own, and by name what it has to give:
+laws are subclasses of a family; `skins`, `materials`, `stacks`, `scenarios`, `quantities` and `reproduce` are functions.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from electrovib.core.citation import STATUSES, Citation, cited
-from electrovib.core.errors import InputError, located
+from electrovib.core.citation import STATUSES, Check, Citation, cited
+from electrovib.core.errors import InputError, located, nearest
 from electrovib.core.mistakes import read_entries
 from electrovib.core.parsing import read_toml
 
@@ -77,6 +77,22 @@ class ScenarioEntries(StatedEntries):
     unchanged: str = Field("", description="source of what is not changed, which keeps its own if absent")
 
 
+class CheckEntries(StatedEntries):
+    """A number that the publication states, or that follows from it, beside the one that a function of its module computes."""
+
+    name: str = Field(description="what is compared")
+    expect: float = Field(description="the number, in SI")
+    rtol: float | None = Field(None, description="relative tolerance, from the digits that the source prints")
+    within: float | None = Field(None, description="the same as a difference, in the place of `rtol`")
+    source: str = Field(description="where the number stands, or from what it follows")
+    status: str = Field(
+        "derived", description="how that was read", json_schema_extra={"enum": list(STATUSES)}
+    )
+    compute: str = Field(description="function of the module that computes it")
+    given: dict[str, Any] = Field({}, description="what the function takes, by name")
+    part: int | None = Field(None, description="which of the numbers that it returns, from 0")
+
+
 class Stated(StatedEntries):
     """The file of a publication."""
 
@@ -93,6 +109,7 @@ class Stated(StatedEntries):
     materials: dict[str, dict[str, Any] | str] = Field({}, description="materials by name, as in a scenario")
     skins: dict[str, SkinEntries] = Field({}, description="skins by name")
     scenarios: dict[str, ScenarioEntries] = Field({}, description="scenarios by name")
+    checks: tuple[CheckEntries, ...] = Field((), description="numbers that its laws are held to")
 
 
 class Offers(Mapping[str, Found]):
@@ -159,6 +176,31 @@ class Published:
         """Return the least and the largest of a number in SI."""
         low, high = self.stated.values[name].value  # type: ignore[misc]
         return low, high
+
+    def checks(self, *functions: Callable[..., Any]) -> tuple[Check, ...]:
+        """Return the checks, with the functions of the module that compute them."""
+        known = {each.__name__: each for each in functions}
+        return tuple(self._check(each, known) for each in self.stated.checks)
+
+    def _check(self, each: CheckEntries, known: Mapping[str, Callable[..., Any]]) -> Check:
+        with located(f"{self.name}.checks.{each.name}"):
+            if each.compute not in known:
+                raise InputError(
+                    f"no function that computes a check.{nearest(each.compute, known)}",
+                    path="compute",
+                    value=each.compute,
+                )
+            if (each.rtol is None) == (each.within is None):
+                raise InputError("it takes one of rtol and within")
+        rtol = (each.within or 0.0) / abs(each.expect) if each.rtol is None else each.rtol
+
+        def compute() -> float:
+            found: Any = known[each.compute](**each.given)
+            return float(found if each.part is None else found[each.part])
+
+        return Check(
+            each.name, expect=each.expect, rtol=rtol, source=each.source, compute=compute, status=each.status
+        )
 
     def materials(self) -> Mapping[str, Material]:
         """Return the materials."""

@@ -14,7 +14,6 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check
 from electrovib.papers import mean_attraction, published
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity, steady
@@ -56,13 +55,4 @@ def quantities() -> dict[str, ComputedQuantity]:
     }
 
 
-CHECKS = (
-    Check(
-        "friction per current at 0.5 N",
-        expect=63.0,
-        rtol=1e-2,
-        source="the formula of the authors' plot label, two digits",
-        compute=lambda: per_current(0.5),
-        status="derived",
-    ),
-)
+CHECKS = PAPER.checks(per_current)

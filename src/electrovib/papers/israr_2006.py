@@ -15,7 +15,6 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check
 from electrovib.papers import published
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity, vibration_threshold
@@ -54,13 +53,4 @@ def tabled_fall() -> float:
     return 20 * math.log10(low / high)
 
 
-CHECKS = (
-    Check(
-        "fall of the tabled threshold from 10 to 20 Hz in dB",
-        expect=9.71,
-        rtol=1e-3,
-        source="20 lg(26/8.5), computed by hand",
-        compute=tabled_fall,
-        status="derived",
-    ),
-)
+CHECKS = PAPER.checks(tabled_fall)

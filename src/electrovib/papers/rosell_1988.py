@@ -10,7 +10,6 @@ is most of what is left at 1 MHz.
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check
 from electrovib.papers import published
 from electrovib.scenario import Scenario
 from electrovib.studies.evidence.quantities import ComputedQuantity, magnitude
@@ -44,13 +43,4 @@ def palm_resistivity() -> float:
     return of_publication("rosell_1988")["palm"].values[0] * AREA / 200e-6
 
 
-CHECKS = (
-    Check(
-        "resistivity of palm if 200 um hold all of its resistance",
-        expect=8.5e4,
-        rtol=1e-3,
-        source="170 kohm of 1 cm2 over 200 um, computed by hand",
-        compute=palm_resistivity,
-        status="derived",
-    ),
-)
+CHECKS = PAPER.checks(palm_resistivity)
