@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
 from electrovib.papers import published
-from electrovib.physics.contact.rough_surface import (
+from electrovib.physics.contact.surface import (
     HEIGHT,
     MODULUS,
     SLOPE,

@@ -20,10 +20,10 @@ import numpy as np
 from electrovib.core.answer import Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.papers.kaczmarek_2006 import FAST, SLOW, skin_conductivity
-from electrovib.papers.vezzoli_2014 import values, words
+from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.compute import panel, row
 from electrovib.papers.vezzoli_2014.figures import curve
 from electrovib.papers.vezzoli_2014.values import scenarios
-from electrovib.papers.vezzoli_2014.words import panel, row
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.studies.reproduction import Row
@@ -185,7 +185,7 @@ def table() -> Table:
                 candidate.test,
             )
         )
-    return words.table("falling_edge_candidates", lines, ramp=RAMP * 1e3, hold=HOLD * 1e3)
+    return compute.table("falling_edge_candidates", lines, ramp=RAMP * 1e3, hold=HOLD * 1e3)
 
 
 def _readings(result: Outcome, base: float) -> str:

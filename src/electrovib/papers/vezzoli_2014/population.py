@@ -11,10 +11,10 @@ import numpy as np
 
 from electrovib.core.answer import Curve, Panel, Table
 from electrovib.core.arrays import Real
-from electrovib.papers.vezzoli_2014 import compute, values, words
+from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.compute import panel, row
 from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range, span
 from electrovib.papers.vezzoli_2014.values import scenarios
-from electrovib.papers.vezzoli_2014.words import panel, row
 from electrovib.scenario import Scenario
 from electrovib.scenario.space import Space, read_space
 from electrovib.solve.prepare import prepare
@@ -247,7 +247,7 @@ def table() -> Table:
     ]
     lines.append(("eight subjects [mN]", *(cell for each in cases.values() for cell in (_words(each), ""))))
     heads = [f"{case}: {kind}" for case in cases for kind in ("first-order", "total")]
-    return words.table("population", lines, headings=("input", *heads))
+    return compute.table("population", lines, headings=("input", *heads))
 
 
 def _pair(each: Predicted, name: str) -> tuple[str, str]:
