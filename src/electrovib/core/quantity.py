@@ -15,6 +15,7 @@ from electrovib.core.units import KINDS, expected, format_quantity, parse_quanti
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.fields import FieldInfo
 
 
 def column_unit(kind: str) -> AfterValidator:
@@ -33,6 +34,12 @@ def is_unit_of(kind: str, text: object) -> bool:
     except ValueError:
         return False
     return True
+
+
+def takes_unit(field: FieldInfo, text: object) -> bool:
+    """Return whether a parameter that is a `column_unit` takes a text."""
+    declared = (each.func for each in field.metadata if isinstance(each, AfterValidator))
+    return all(is_unit_of(each.args[0], text) for each in declared if isinstance(each, functools.partial))
 
 
 def _checked(kind: str, text: str) -> str:

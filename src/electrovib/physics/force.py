@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.citation import Check
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.files import UNREAD, FileColumn
+from electrovib.core.files import UNREAD
 from electrovib.core.model import Model
-from electrovib.core.quantity import column_unit, is_unit_of
+from electrovib.core.quantity import column_unit
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.stack import IMPLIED, ORDER, Role, beside_interface
@@ -389,20 +388,6 @@ class TabulatedAttraction(ForceLaw):
         Samples, Field(description="attractions per area [Pa], in place of a file")
     ] = Samples([])
 
-    @classmethod
-    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Return the columns of voltage and attraction, unless the table holds the samples."""
-        if not table.get("file") or "voltage_samples" in table:
-            return {}
-        given = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
-        found = {}
-        for name, unit in (("voltage", "V"), ("attraction", "Pa")):
-            column, stated = given[f"{name}_column"], given[f"{name}_unit"]
-            if not is_unit_of(unit, stated) or not isinstance(column, str | int):
-                return {}
-            found[f"{name}_samples"] = FileColumn(column, stated)
-        return found
-
     @property
     def is_solved(self) -> bool:
         """Whether there is no table, and contact.surface is solved for one."""
@@ -425,7 +410,7 @@ class TabulatedAttraction(ForceLaw):
         elif not np.all((attraction >= 0) & (attraction < np.inf) & ((attraction > 0) | (voltage == 0))):
             why = "attractions must be finite and above 0, at 0 V they may be 0"
         if why:
-            raise PydanticCustomError("table", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:

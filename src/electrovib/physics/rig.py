@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity, column_unit
@@ -233,7 +232,7 @@ class Tribometer(Rig):
     def _noise_belongs_to_readings(self) -> Self:
         if self.digitiser is None and max(self.noises()) > 0:
             why = "noise is defined for one digitised reading, so it needs a digitiser; add rig.digitiser, or set noise to 0"
-            raise PydanticCustomError("noise", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def normal_stages(self) -> tuple[Stage, ...]:
@@ -295,7 +294,7 @@ class ForceChannel(Model):
                 "the sign of a voltage is that of its sensitivity: omit sign and give a negative sensitivity"
             )
         if why:
-            raise PydanticCustomError("sensitivity", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     @property
@@ -344,7 +343,7 @@ class Encoder(Model):
     def _counts_something(self) -> Self:
         if self.step == 0:
             why = "a step of 0 makes every position 0; give for instance '0.5 um'"
-            raise PydanticCustomError("step", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def wraps(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -440,5 +439,5 @@ class TribometerChannels(Model):
         elif not 0 <= self.missing_rows <= 10**9:
             why = f"missing_rows = {self.missing_rows}: expected a number of rows from 0 to 1e9"
         if why:
-            raise PydanticCustomError("channels", "{why}", {"why": why})
+            raise ValueError(why)
         return self

@@ -82,9 +82,7 @@ class Burst(Swing):
     @model_validator(mode="after")
     def _has_cycles(self) -> Self:
         if not 1 <= self.cycles <= 10**9:
-            raise PydanticCustomError(
-                "cycles", "{why}", {"why": "cycles must be a whole number from 1 to 1e9"}
-            )
+            raise ValueError("cycles must be a whole number from 1 to 1e9")
         return self
 
     def parts(self) -> tuple[Part, ...]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Complex
 from electrovib.core.constants import VACUUM_PERMITTIVITY
@@ -16,7 +15,7 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
+from electrovib.core.quantity import Number, Quantity, column_unit
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
@@ -197,26 +196,15 @@ class Tabulated(Material):
 
     @classmethod
     def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Name the columns of frequency, permittivity and loss, unless the samples are given."""
-        if not table.get("file") or "frequency_samples" in table:
-            return {}
-        default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
+        """Add the column of the loss to those of frequency and permittivity."""
+        found = super().file_columns(table)
         try:
-            loss = LossColumn.model_validate(default["loss"])
+            loss = LossColumn.model_validate(table.get("loss", cls.model_fields["loss"].default))
         except ValidationError:
-            return {}
-        columns = (default["frequency_column"], default["permittivity_column"])
-        if not is_unit_of("Hz", default["frequency_unit"]) or not all(
-            isinstance(c, str | int) for c in columns
-        ):
             return {}
         forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
         others = f' The loss may be given in other quantities: loss = {{ model = "..." }} with {forms}.'
-        return {
-            "frequency_samples": FileColumn(default["frequency_column"], default["frequency_unit"]),
-            "permittivity_samples": FileColumn(default["permittivity_column"], "1"),
-            "loss_samples": FileColumn(loss.column, loss.unit, others),
-        }
+        return {**found, "loss_samples": FileColumn(loss.column, loss.unit, others)} if found else {}
 
     @classmethod
     def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
@@ -227,7 +215,7 @@ class Tabulated(Material):
     @model_validator(mode="after")
     def _is_passive(self) -> Self:
         for why in self._faults():
-            raise PydanticCustomError("table", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def _faults(self) -> Iterator[str]:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from electrovib.core.files import UNREAD, FileColumn
+from electrovib.core.files import UNREAD
 from electrovib.core.quantity import Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.texture.base import RenderingPlate, Texture, TextureAlongLine
@@ -43,27 +42,9 @@ class MeasuredTexture(TextureAlongLine, family=True):
     position_unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
     position_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
 
-    @classmethod
-    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Return the columns of positions and values, unless the table holds the samples."""
-        if not table.get("file") or "position_samples" in table:
-            return {}
-        found = {}
-        for name in ("position", cls.value_field):
-            column, unit = (
-                table.get(key, cls.model_fields[key].default) for key in (f"{name}_column", f"{name}_unit")
-            )
-            if not isinstance(column, str | int) or not isinstance(unit, str):
-                return {}
-            found[f"{name}_samples"] = FileColumn(column, unit)
-        return found
-
     @model_validator(mode="after")
     def _is_a_record(self) -> Self:
-        try:
-            _check(self.position_samples.values, self._values, self.value_field, self.file)
-        except ValueError as error:
-            raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
+        _check(self.position_samples.values, self._values, self.value_field, self.file)
         return self
 
     @property
@@ -310,7 +291,7 @@ class GreyscalePicture(Texture):
         elif not np.all((values >= 0) & (values <= WHITE)):
             why = "grey values lie between 0 and 255"
         if why:
-            raise PydanticCustomError("picture", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     @functools.cached_property
