@@ -6,9 +6,9 @@ import functools
 import math
 import numbers
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, get_args
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from electrovib.core.units import KINDS, expected, format_quantity, parse_quantity
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 def column_unit(kind: str) -> AfterValidator:
     """Declare that a text has to be a unit of a given kind, for instance ``"us"`` for ``"s"``."""
     return AfterValidator(functools.partial(_checked, kind))
+
+
+ColumnName: TypeAlias = Annotated[str | int, Field(description="name or number of the column")]
+"""Parameter that names a column of a file."""
 
 
 def is_unit_of(kind: str, text: object) -> bool:

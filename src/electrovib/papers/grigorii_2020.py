@@ -16,7 +16,7 @@ import numpy as np
 
 from electrovib.papers import mean_attraction, published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity, steady
+from electrovib.studies.evidence.quantities import steady
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -46,13 +46,5 @@ def friction_per_current(scenario: Scenario) -> float:
     return float(added) / current
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return the friction per current."""
-    return {
-        "friction_per_current": ComputedQuantity(
-            title="friction that the attraction adds, per current", unit="N/A", compute=friction_per_current
-        )
-    }
-
-
+quantities = PAPER.quantities(friction_per_current)
 CHECKS = PAPER.checks(per_current)

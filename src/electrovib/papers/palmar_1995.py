@@ -19,7 +19,6 @@ from electrovib.physics.skin import time_constant
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
-    from electrovib.studies.evidence.quantities import ComputedQuantity
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -34,15 +33,7 @@ def admittance_exponent(scenario: Scenario) -> float:
     return 1 + math.log(ends[1] / ends[0]) / (2 * math.log(step))
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return the exponent of the admittance, which tells skins with dispersion from those without."""
-    from electrovib.studies.evidence.quantities import ComputedQuantity
-
-    return {
-        "admittance_exponent": ComputedQuantity(
-            title="exponent of the admittance of skin", unit="1", compute=admittance_exponent
-        )
-    }
+quantities = PAPER.quantities(admittance_exponent)
 
 
 def capacitance() -> float:

@@ -20,7 +20,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.papers import published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity, takes_columns
+from electrovib.studies.evidence.quantities import takes_columns
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -86,14 +86,4 @@ def shear_force(scenario: Scenario) -> float:
     return electric_part(held) + before
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return the friction that the attraction adds, that of the load too, and the capacitance between the electrodes."""
-    return {
-        "electric_part": ComputedQuantity(
-            title="friction that the attraction adds", unit="N", compute=electric_part
-        ),
-        "shear_force": ComputedQuantity(
-            title="friction of load and attraction", unit="N", compute=shear_force
-        ),
-        "capacitance": ComputedQuantity(title="capacitance of the clutch", unit="F", compute=capacitance),
-    }
+quantities = PAPER.quantities(electric_part, shear_force, capacitance)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from electrovib.papers import published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity, magnitude
+from electrovib.studies.evidence.quantities import magnitude
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -27,13 +27,7 @@ def sliding_over_rest(scenario: Scenario) -> float:
     return float(magnitude(scenario) / magnitude(scenario.replace({"stack": layers})))
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return by how much sliding raises the impedance."""
-    return {
-        "sliding_over_rest": ComputedQuantity(
-            title="impedance of a sliding finger over that at rest", unit="1", compute=sliding_over_rest
-        )
-    }
+quantities = PAPER.quantities(sliding_over_rest)
 
 
 def palm_resistivity() -> float:

@@ -19,7 +19,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.files import UNREAD
 from electrovib.core.model import Model
-from electrovib.core.quantity import column_unit
+from electrovib.core.quantity import ColumnName, column_unit
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.stack import IMPLIED, ORDER, Role, beside_interface
@@ -379,9 +379,9 @@ class TabulatedAttraction(ForceLaw):
     }
 
     file: Annotated[str, Field(description="csv, npy or nc file with the table")] = ""
-    voltage_column: Annotated[str | int, Field(description="name or number of the column")] = "voltage"
+    voltage_column: ColumnName = "voltage"
     voltage_unit: Annotated[str, column_unit("V"), Field(description="unit of the column")] = "V"
-    attraction_column: Annotated[str | int, Field(description="name or number of the column")] = "attraction"
+    attraction_column: ColumnName = "attraction"
     attraction_unit: Annotated[str, column_unit("Pa"), Field(description="unit of the column")] = "Pa"
     voltage_samples: Annotated[Samples, Field(description="voltages [V], in place of a file")] = Samples([])
     attraction_samples: Annotated[

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.physics.drive.sampled import Refuse, StampTreatment
 from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, Stage, response
 
@@ -264,7 +264,7 @@ class ForceChannel(Model):
     equation: ClassVar[Mapping[str, str]] = {"force": "sensitivity*(reading - offset)"}
     example: ClassVar[Mapping[str, Any]] = {"column": 0, "sensitivity": 0.5}
 
-    column: Annotated[str | int, Field(description="name or number of the column")]
+    column: ColumnName
     sensitivity: Annotated[
         Number | None,
         Quantity("N/V", -1e6, 1e6, "force per volt, negative if load lowers it; absent for a force"),
@@ -332,7 +332,7 @@ class Encoder(Model):
     equation: ClassVar[Mapping[str, str]] = {"position": "step*(counts + wraps(counts) - counts[first])"}
     example: ClassVar[Mapping[str, Any]] = {"column": 1, "step": 1e-6}
 
-    column: Annotated[str | int, Field(description="name or number of the column")]
+    column: ColumnName
     step: Annotated[Number, Quantity("m", -1.0, 1.0, "distance per count, negative if it counts backwards")]
     wraps_at: Annotated[
         Number,
@@ -401,7 +401,7 @@ class TimeColumn(Clock):
 
     example: ClassVar[Mapping[str, Any]] = {"column": 0}
 
-    column: Annotated[str | int, Field(description="name or number of the column")]
+    column: ColumnName
     unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
     stamps: Annotated[StampTreatment, Field(description="treatment of time stamps that do not increase")] = (
         Refuse()

@@ -96,7 +96,7 @@ def test_a_check_is_a_number_of_the_file_and_a_function_of_the_module(written):
     assert (found.value(), found.expect, found.status) == (6.0, 6.0, "derived")
     assert found.accepts(6.049)
     assert not found.accepts(6.051)
-    with pytest.raises(InputError, match=r"checks\.three\.compute = both: no function"):
+    with pytest.raises(InputError, match=r"checks\.three\.compute = both: the module has no such"):
         written(HEAD + check).checks(max)
     with pytest.raises(InputError, match=r"checks\.three: it takes one of rtol and within"):
         written(HEAD + check.replace("within", "rtol = 0.1\nwithin")).checks(both)

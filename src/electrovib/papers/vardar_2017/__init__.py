@@ -19,12 +19,12 @@ much on skin and edges.
 from __future__ import annotations
 
 from electrovib.papers import published
-from electrovib.papers.vardar_2017.measured import quantities as quantities
 from electrovib.papers.vardar_2017.reproduction import reproduce as reproduce
 from electrovib.papers.vardar_2017.thresholds import FREQUENCIES as FREQUENCIES
 from electrovib.papers.vardar_2017.thresholds import crossover as crossover
 from electrovib.papers.vardar_2017.thresholds import felt_level as felt_level
 from electrovib.papers.vardar_2017.thresholds import first_order_skin as first_order_skin
+from electrovib.papers.vardar_2017.thresholds import quantities as quantities
 from electrovib.papers.vardar_2017.thresholds import sine_over_square as sine_over_square
 from electrovib.papers.vardar_2017.thresholds import weight as weight
 

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from electrovib.core.arrays import Real
 from electrovib.core.files import UNREAD
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear
@@ -87,9 +87,9 @@ class Sampled(Drive):
     example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 10, 0]}
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
-    time_column: Annotated[str | int, Field(description="name or number of the column")] = "time"
+    time_column: ColumnName = "time"
     time_unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
-    voltage_column: Annotated[str | int, Field(description="name or number of the column")] = "voltage"
+    voltage_column: ColumnName = "voltage"
     voltage_unit: Annotated[str, column_unit("V"), Field(description="unit of the column")] = "V"
     stamps: StampTreatment = Refuse()
     readback: Annotated[Readback, Field(description="relation of the record to the driving voltage")] = (

@@ -15,7 +15,7 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
@@ -85,7 +85,7 @@ class LossFactor(LossColumn):
 
     noun: ClassVar[str] = "loss factor"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "loss"
+    column: ColumnName = "loss"
     unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
@@ -101,7 +101,7 @@ class LossTangent(LossColumn):
 
     noun: ClassVar[str] = "loss tangent"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "loss_tangent"
+    column: ColumnName = "loss_tangent"
     unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
@@ -117,7 +117,7 @@ class Conductivity(LossColumn):
 
     noun: ClassVar[str] = "conductivity"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "conductivity"
+    column: ColumnName = "conductivity"
     unit: Annotated[str, column_unit("S/m"), Field(description="unit of the column")] = "S/m"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
@@ -134,7 +134,7 @@ class Resistivity(LossColumn):
     noun: ClassVar[str] = "resistivity"
     needs: ClassVar[str] = "above 0"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "resistivity"
+    column: ColumnName = "resistivity"
     unit: Annotated[str, column_unit("ohm m"), Field(description="unit of the column")] = "ohm m"
 
     def allowed(self, values: Real) -> NDArray[np.bool_]:
@@ -175,11 +175,9 @@ class Tabulated(Material):
     }
 
     file: Annotated[str, Field(description="csv, npy or nc file with the table")] = ""
-    frequency_column: Annotated[str | int, Field(description="name or number of the column")] = "frequency"
+    frequency_column: ColumnName = "frequency"
     frequency_unit: Annotated[str, column_unit("Hz"), Field(description="unit of the column")] = "Hz"
-    permittivity_column: Annotated[str | int, Field(description="name or number of the column")] = (
-        "permittivity"
-    )
+    permittivity_column: ColumnName = "permittivity"
     loss: LossColumn = LossFactor()
     conductivity: Annotated[
         Number, Quantity("S/m", 0, 1e3, "conductivity at zero frequency, at most the smallest of the table")

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from electrovib.core.files import UNREAD
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 
 if TYPE_CHECKING:
@@ -92,9 +92,9 @@ class RecordedPath(FingerPath):
     example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 0.1, 0.3], "x_samples": [0, 1e-3, 9e-3]}
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
-    time_column: Annotated[str | int, Field(description="name or number of the column")] = "time"
+    time_column: ColumnName = "time"
     time_unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
-    x_column: Annotated[str | int, Field(description="name or number of the column")] = "x"
+    x_column: ColumnName = "x"
     y_column: Annotated[
         str | int | None, Field(description="name or number of the column, if there is one")
     ] = None

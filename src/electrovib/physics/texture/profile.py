@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from electrovib.core.files import UNREAD
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.texture.base import RenderingPlate, Texture, TextureAlongLine
 
@@ -38,7 +38,7 @@ class MeasuredTexture(TextureAlongLine, family=True):
     """Parameter that holds the values, without ``_samples``."""
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
-    position_column: Annotated[str | int, Field(description="name or number of the column")] = "position"
+    position_column: ColumnName = "position"
     position_unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
     position_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
 
@@ -94,7 +94,7 @@ class HeightProfile(MeasuredTexture):
         "height_samples": [0, 1e-5, 0],
     }
 
-    height_column: Annotated[str | int, Field(description="name or number of the column")] = "height"
+    height_column: ColumnName = "height"
     height_unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
     height_samples: Annotated[Samples, Field(description="heights [m], in place of a file")] = Samples([])
     gain: Annotated[Number, Quantity("1", 0, 1e3, "friction force over load and slope", "a choice")] = 1.0
@@ -141,11 +141,20 @@ class FrictionRecord(MeasuredTexture, family=True):
 
     scale: Annotated[Number, _SCALE] = 1.0
 
-    def _above(self, baseline: float | None) -> tuple[Real, Real]:
-        """Return places and values above the baseline, times the scale."""
+    if TYPE_CHECKING:
+        baseline: float | None
+
+    @functools.cached_property
+    def _added(self) -> tuple[Real, Real]:
+        """Places and values above the baseline, times the scale."""
         values = self._values
-        lowest = float(np.min(values)) if baseline is None else baseline
+        lowest = float(np.min(values)) if self.baseline is None else self.baseline
         return self._faded(self.scale * (values - lowest))
+
+    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
+        """Return what is recorded above the baseline, times the scale [N]; of a coefficient times the load."""
+        del velocity, plate
+        return np.asarray(np.interp(self.along(position), *self._added))
 
 
 class RecordedFrictionForce(FrictionRecord):
@@ -169,9 +178,7 @@ class RecordedFrictionForce(FrictionRecord):
         "friction_force_samples": [0.25, 0.26, 0.25],
     }
 
-    friction_force_column: Annotated[str | int, Field(description="name or number of the column")] = (
-        "friction_force"
-    )
+    friction_force_column: ColumnName = "friction_force"
     friction_force_unit: Annotated[str, column_unit("N"), Field(description="unit of the column")] = "N"
     friction_force_samples: Annotated[Samples, Field(description="forces [N], in place of a file")] = Samples(
         []
@@ -180,15 +187,6 @@ class RecordedFrictionForce(FrictionRecord):
         Number | None,
         Quantity("N", -1e3, 1e3, "recorded force rendered as the plate's own friction; the lowest if absent"),
     ] = None
-
-    @functools.cached_property
-    def _added(self) -> tuple[Real, Real]:
-        return self._above(self.baseline)
-
-    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
-        """Return scale (F_recorded - baseline) [N]."""
-        del velocity, plate
-        return np.asarray(np.interp(self.along(position), *self._added))
 
 
 class RecordedFrictionCoefficient(FrictionRecord):
@@ -211,9 +209,7 @@ class RecordedFrictionCoefficient(FrictionRecord):
         "friction_coefficient_samples": [0.5, 0.52, 0.5],
     }
 
-    friction_coefficient_column: Annotated[str | int, Field(description="name or number of the column")] = (
-        "friction_coefficient"
-    )
+    friction_coefficient_column: ColumnName = "friction_coefficient"
     friction_coefficient_unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
     friction_coefficient_samples: Annotated[
         Samples, Field(description="coefficients [1], in place of a file")
@@ -223,14 +219,9 @@ class RecordedFrictionCoefficient(FrictionRecord):
         Quantity("1", -100, 100, "coefficient rendered as the plate's own friction; the lowest if absent"),
     ] = None
 
-    @functools.cached_property
-    def _added(self) -> tuple[Real, Real]:
-        return self._above(self.baseline)
-
     def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
         """Return scale (mu_recorded - baseline) F_n [N]."""
-        del velocity
-        return np.asarray(plate.normal_force * np.interp(self.along(position), *self._added))
+        return np.asarray(plate.normal_force * super().added_friction(position, velocity, plate))
 
 
 def _check(places: Real, values: Real, what: str, file: str) -> None:

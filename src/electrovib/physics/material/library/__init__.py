@@ -7,15 +7,11 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from electrovib.core.citation import STATUSES
 from electrovib.core.parsing import read_toml
 from electrovib.core.units import format_quantity, parse_quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 
 UNVERIFIED: Final = STATUSES[-1]
 SAME_THICKNESS: Final = 2.0
