@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from electrovib.core.citation import Check
+from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
@@ -27,7 +27,6 @@ from electrovib.physics.stack import IMPLIED, ORDER, Role, beside_interface
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from electrovib.physics.roughness import GaussianGaps
@@ -272,13 +271,12 @@ class MaxwellStressInInsulator(MaxwellStressInLayer):
     evaluation_surface: ClassVar[str] = "insulator"
     needs: ClassVar[tuple[str, ...]] = ("plate",)
     checks: ClassVar[tuple[Check, ...]] = (
-        Check(
+        derived(
             "pressure",
             given={"E": 1.10583e7, "D": 3.28008e-4},
             expect=1814.0,
             rtol=1e-3,
             source="181.4 mN on 1 cm2 of the film of Vezzoli et al. 2014 at 1000 V, computed apart from this code",
-            status="derived",
         ),
     )
 
@@ -296,13 +294,12 @@ class MaxwellStressInStratumCorneum(MaxwellStressInLayer):
     evaluation_surface: ClassVar[str] = "stratum_corneum"
     needs: ClassVar[tuple[str, ...]] = ("finger",)
     checks: ClassVar[tuple[Check, ...]] = (
-        Check(
+        derived(
             "pressure",
             given={"E": 2.37474e4, "D": 3.28008e-4},
             expect=3.895,
             rtol=1e-3,
             source="0.3895 mN on 1 cm2 of the film of Vezzoli et al. 2014 at 1000 V, computed apart from this code",
-            status="derived",
         ),
     )
 
@@ -328,13 +325,12 @@ class EffectiveMedium(StressOfField):
     of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = _PLATE_AND_FINGER
     checks: ClassVar[tuple[Check, ...]] = (
-        Check(
+        derived(
             "pressure",
             given={"E": 1.13023e7},
             expect=565.5,
             rtol=1e-3,
             source="56.55 mN on 1 cm2 of the film of Vezzoli et al. 2014 at 1000 V, computed apart from this code",
-            status="derived",
         ),
     )
 
