@@ -35,11 +35,8 @@ def _tone(amplitude: float, frequency: float, phase: float) -> tuple[Tones, ...]
     return (Tones(*found),)
 
 
-class Sine(Swing):
-    """A sine of one frequency about an offset."""
-
-    equation: ClassVar[Mapping[str, str]] = {"voltage": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
-    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 125}
+class Oscillation(Swing, family=True):
+    """A voltage or current of one frequency about an offset."""
 
     frequency: Annotated[Number, _FREQUENCY]
     phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
@@ -62,6 +59,13 @@ class Sine(Swing):
     def period(self) -> float:
         """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
+
+
+class Sine(Oscillation):
+    """A sine of one frequency about an offset."""
+
+    equation: ClassVar[Mapping[str, str]] = {"voltage": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 125}
 
 
 class Burst(Swing):
