@@ -18,7 +18,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 from electrovib.core.constants import eps0
 from electrovib.physics.contact.attraction import RoughAttraction
-from electrovib.physics.contact.rough_surface import MOST_TOUCHING, FittedSurface, gaussian_gaps
+from electrovib.physics.contact.surface import MOST_TOUCHING, FittedSurface, gaussian_gaps
 from electrovib.physics.half_space import Elastic
 from electrovib.physics.roughness import PullingSpots, contact_fraction, local_pull, mean_pull
 from electrovib.physics.topography import POINTS_PER_WAVE, SelfAffine

@@ -108,7 +108,7 @@ def test_what_is_called_is_described():
             f"{thing.where}: {name}" for name in sections(thing, called) if f"{name}\n---" not in text
         ]
     assert not lacking, f"{len(lacking)}:\n" + "\n".join(lacking)
-    wanted = {"solve.simulate.simulate", "view.plots.over_time.force", "physics.force.base.ForceLaw.pressure"}
+    wanted = {"solve.simulate.simulate", "view.plots.over_time.force", "physics.force.ForceLaw.pressure"}
     assert wanted <= called
 
 

@@ -49,7 +49,7 @@ def test_what_a_paper_states_is_the_file_beside_it_and_its_module_offers_all_of_
     stated = published(paper.__name__).stated
     assert len(paper.CITATIONS) == len(stated.citations)
     assert (stated.status, stated.not_read, stated.defects) == (paper.STATUS, paper.NOT_READ, paper.DEFECTS)
-    for function in ("scenarios", "skins", "materials"):
+    for function in ("scenarios", "skins", "materials", "quantities"):
         assert list(getattr(paper, function, dict)()) == list(getattr(stated, function)), (name, function)
     assert set(paper.PRESETS) == set(stated.scenarios)
 

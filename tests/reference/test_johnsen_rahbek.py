@@ -109,7 +109,7 @@ def test_the_charge_between_the_layers_is_what_one_conducts_more():
 
 def test_a_coating_that_leaks_holds_its_attraction():
     """Nearly all of a DC voltage across the gap, where an insulating coating lets it fade."""
-    limit = shultz.gap_force(voltage=shultz.VOLTAGE, gap=shultz.GAP, area=shultz.AREA)
+    limit = shultz.gap_force(voltage=100.0, gap=3e-6, area=1e-4)
     assert (1 - 2e-4) * limit < shultz.settled_force("leaky") < limit
     assert shultz.settled_force("insulated") < 1e-12 * limit
     early = np.array([0.0, 1e-6])
@@ -118,7 +118,7 @@ def test_a_coating_that_leaks_holds_its_attraction():
     ]
     assert start[0] == pytest.approx(start[1], rel=0.1)  # at first they pull alike
     # a coating as resistive as the gap in all takes half of the voltage, and a quarter of the force is left
-    series = shultz.GAP * shultz.GAP_RESISTIVITY
+    series = 3e-6 * 1e12  # the gap leaks less than the coating
     tight = shultz.scenarios()["leaky"].replace({"stack.insulator.material.conductivity": 1e-6 / series})
     force = simulate(tight, time=np.array([0.0, 1e5])).electrostatic_force.values[-1]
     assert force == pytest.approx(shultz.settled_force("leaky") / 4, rel=1e-3)

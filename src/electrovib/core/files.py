@@ -7,9 +7,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from electrovib.core.budget import holding
+from electrovib.core.quantity import takes_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -33,11 +34,14 @@ class FileColumn:
 
 
 class DeclaresFile:
-    """Declarations of a class whose parameters can be read from a file that its table names; by default there is none."""
+    """Declarations of a class whose parameters can be read from the ``file`` that its table names."""
+
+    unit_of_columns: ClassVar[str] = ""
+    """Parameter with the unit of the columns that have none of their own."""
 
     @classmethod
     def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Return the columns of the file from which parameters are read.
+        """Return the columns of the file from which parameters are read: ``x_samples`` from ``x_column`` in ``x_unit``.
 
         Parameters
         ----------
@@ -49,8 +53,23 @@ class DeclaresFile:
         mapping of str to FileColumn
             Parameter to column; empty if nothing has to be read, or if the table is wrong, which its validation reports.
         """
-        del table
-        return {}
+        fields: Mapping[str, Any] = getattr(cls, "model_fields", {})
+        given = {name: field.default for name, field in fields.items()} | dict(table)
+        samples = [name for name in fields if name.removesuffix("_samples") + "_column" in fields]
+        if not given.get("file") or not samples or samples[0] in table:
+            return {}
+        found = {}
+        for name in samples:
+            column, unit = (name.replace("_samples", end) for end in ("_column", "_unit"))
+            unit = unit if unit in fields else cls.unit_of_columns
+            if given[column] is None and fields[column].default is None:
+                continue
+            if not isinstance(given[column], str | int) or (
+                unit and not takes_unit(fields[unit], given[unit])
+            ):
+                return {}
+            found[name] = FileColumn(given[column], given[unit] if unit else "1")
+        return found
 
     @classmethod
     def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:

@@ -31,7 +31,7 @@ def explained(model: type[Model], item: Any) -> InitErrorDetails:
     elif kind == "missing" and len(loc) == 1:
         kind, why = "missing_parameter", f"missing: {_meaning(model, str(loc[0]))}"
     else:
-        why = item["msg"]
+        why = item["msg"].removeprefix("Value error, ")
     if not loc and isinstance(given, Mapping) and model.is_member:
         given = {"model": model.__name__, **given}
     return InitErrorDetails(type=PydanticCustomError(kind, "{why}", {"why": why}), loc=loc, input=given)

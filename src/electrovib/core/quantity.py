@@ -6,20 +6,25 @@ import functools
 import math
 import numbers
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, get_args
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from electrovib.core.units import KINDS, expected, format_quantity, parse_quantity
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic.fields import FieldInfo
 
 
 def column_unit(kind: str) -> AfterValidator:
     """Declare that a text has to be a unit of a given kind, for instance ``"us"`` for ``"s"``."""
     return AfterValidator(functools.partial(_checked, kind))
+
+
+ColumnName: TypeAlias = Annotated[str | int, Field(description="name or number of the column")]
+"""Parameter that names a column of a file."""
 
 
 def is_unit_of(kind: str, text: object) -> bool:
@@ -33,6 +38,12 @@ def is_unit_of(kind: str, text: object) -> bool:
     except ValueError:
         return False
     return True
+
+
+def takes_unit(field: FieldInfo, text: object) -> bool:
+    """Return whether a parameter that is a `column_unit` takes a text."""
+    declared = (each.func for each in field.metadata if isinstance(each, AfterValidator))
+    return all(is_unit_of(each.args[0], text) for each in declared if isinstance(each, functools.partial))
 
 
 def _checked(kind: str, text: str) -> str:

@@ -1,9 +1,10 @@
 """One module for each publication, found automatically: its laws and checks; what it states is data beside it, without Python.
 
-`published/author_year.toml` has citations, status, values, skins, materials and scenarios, `measured/author_year.toml` what was
-measured; both are read as files of a user are. The docstring of a module says what the paper claims and what it does not. It
-declares CITATIONS, CITATION, STATUS and a check, and by name what it has to give: laws are subclasses of a family; `skins`,
-`materials`, `stacks`, `scenarios`, `quantities` and `reproduce` are functions.
+`published/author_year.toml` has citations, status, values, skins, materials, scenarios, checks and quantities,
+`measured/author_year.toml` what was measured; both are read as files of a user are. The docstring of a module says what the paper
+claims and what it does not. It declares CITATIONS, CITATION, STATUS and CHECKS, which functions of it compute, and by name what
+it has to give: laws are subclasses of a family; `skins`, `materials`, `stacks`, `scenarios`, `quantities` and `reproduce` are
+functions.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from electrovib.core.citation import STATUSES, Citation, cited
-from electrovib.core.errors import InputError, located
+from electrovib.core.citation import STATUSES, Check, Citation, cited
+from electrovib.core.errors import InputError, located, nearest
 from electrovib.core.mistakes import read_entries
 from electrovib.core.parsing import read_toml
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from electrovib.physics.skin import Skin
     from electrovib.scenario import Scenario
     from electrovib.scenario.sources import PresetNote
+    from electrovib.studies.evidence.quantities import ComputedQuantity
 
 _OURS: Final = f"{__name__}."
 Found = TypeVar("Found")
@@ -77,6 +79,31 @@ class ScenarioEntries(StatedEntries):
     unchanged: str = Field("", description="source of what is not changed, which keeps its own if absent")
 
 
+class CheckEntries(StatedEntries):
+    """A number that the publication states, or that follows from it, beside the one that a function of its module computes."""
+
+    name: str = Field(description="what is compared")
+    expect: float = Field(description="the number, in SI")
+    rtol: float | None = Field(None, description="relative tolerance, from the digits that the source prints")
+    within: float | None = Field(None, description="the same as a difference, in the place of `rtol`")
+    source: str = Field(description="where the number stands, or from what it follows")
+    status: str = Field(
+        "derived", description="how that was read", json_schema_extra={"enum": list(STATUSES)}
+    )
+    compute: str = Field(description="function of the module that computes it")
+    given: dict[str, Any] = Field({}, description="what the function takes, by name")
+    part: int | None = Field(None, description="which of the numbers that it returns, from 0")
+
+
+class QuantityEntries(StatedEntries):
+    """A quantity of a scenario that measurements of the publication name, and that a function of its module computes."""
+
+    title: str = Field(description="what it is")
+    unit: str = Field(description="SI unit; 1 for a plain number")
+    compute: str = Field(description="function of the module that computes it")
+    given: dict[str, Any] = Field({}, description="what the function takes besides the scenario, by name")
+
+
 class Stated(StatedEntries):
     """The file of a publication."""
 
@@ -93,6 +120,8 @@ class Stated(StatedEntries):
     materials: dict[str, dict[str, Any] | str] = Field({}, description="materials by name, as in a scenario")
     skins: dict[str, SkinEntries] = Field({}, description="skins by name")
     scenarios: dict[str, ScenarioEntries] = Field({}, description="scenarios by name")
+    checks: tuple[CheckEntries, ...] = Field((), description="numbers that its laws are held to")
+    quantities: dict[str, QuantityEntries] = Field({}, description="quantities of its measurements by name")
 
 
 class Offers(Mapping[str, Found]):
@@ -159,6 +188,53 @@ class Published:
         """Return the least and the largest of a number in SI."""
         low, high = self.stated.values[name].value  # type: ignore[misc]
         return low, high
+
+    def checks(self, *functions: Callable[..., Any]) -> tuple[Check, ...]:
+        """Return the checks, with the functions of the module that compute them."""
+        return tuple(self._check(each, functions) for each in self.stated.checks)
+
+    def quantities(self, *functions: Callable[..., Any]) -> Callable[[], dict[str, ComputedQuantity]]:
+        """Return what offers the quantities, with the functions of the module that compute them."""
+
+        def offered() -> dict[str, ComputedQuantity]:
+            from electrovib.studies.evidence.quantities import ComputedQuantity
+
+            return {
+                name: ComputedQuantity(
+                    title=each.title,
+                    unit=each.unit,
+                    compute=self._computing(each, functions, f"quantities.{name}"),
+                )
+                for name, each in self.stated.quantities.items()
+            }
+
+        return offered
+
+    def _computing(
+        self, each: CheckEntries | QuantityEntries, functions: tuple[Callable[..., Any], ...], path: str
+    ) -> Callable[..., Any]:
+        """Return the function that an entry names, with what is given to it."""
+        known = {function.__name__: function for function in functions}
+        if each.compute not in known:
+            why = f"the module has no such function for it.{nearest(each.compute, known)}"
+            raise InputError(why, path=f"{self.name}.{path}.compute", value=each.compute)
+        function = known[each.compute]
+        return functools.partial(function, **each.given) if each.given else function
+
+    def _check(self, each: CheckEntries, functions: tuple[Callable[..., Any], ...]) -> Check:
+        computing = self._computing(each, functions, f"checks.{each.name}")
+        with located(f"{self.name}.checks.{each.name}"):
+            if (each.rtol is None) == (each.within is None):
+                raise InputError("it takes one of rtol and within")
+        rtol = (each.within or 0.0) / abs(each.expect) if each.rtol is None else each.rtol
+
+        def compute() -> float:
+            found: Any = computing()
+            return float(found if each.part is None else found[each.part])
+
+        return Check(
+            each.name, expect=each.expect, rtol=rtol, source=each.source, compute=compute, status=each.status
+        )
 
     def materials(self) -> Mapping[str, Material]:
         """Return the materials."""

@@ -20,15 +20,7 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check, derived
-from electrovib.papers import (
-    aliabbasi_2024,
-    gabriel_1996,
-    mean_attraction,
-    palmar_1995,
-    plutchik_1963,
-    published,
-)
+from electrovib.papers import aliabbasi_2024, mean_attraction, published
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario
 
@@ -52,35 +44,11 @@ def maximum(scenario: Scenario) -> float | None:
     return float(frequency[top] * (frequency[1] / frequency[0]) ** shift)
 
 
-def maximum_of(*, gap_resistivity: float, skin: Material, resistance: float = 0.0) -> float:
+def maximum_of(*, gap_resistivity: float, skin: Material | str, resistance: float = 0.0) -> float:
     """Return the frequency of the largest mean attraction of the chain [Hz]; NaN without one, as for `maximum`."""
     scenario = aliabbasi_2024.chain(gap_resistivity=gap_resistivity, skin=skin, resistance=resistance)
     found = maximum(scenario)
     return math.nan if found is None else found
 
 
-_SKINS = {
-    "1963 impedance": plutchik_1963.skins()["skin"].material,
-    "palmar men 2 uS": palmar_1995.skins()["dry_men"].material,
-    "Gabriel wet": gabriel_1996.skins()["wet"].material,
-}
-
-
-def _maximum(skin: str, gap_resistivity: float, expect: float, rtol: float) -> Check:
-    return derived(
-        f"maximum of the force, {skin}, leak of {gap_resistivity:g} ohm m",
-        expect=expect,
-        rtol=rtol,
-        source="computed independently of this code for 3 um on the coating without body, two to four digits",
-        compute=lambda: maximum_of(gap_resistivity=gap_resistivity, skin=_SKINS[skin]),
-    )
-
-
-CHECKS = (
-    _maximum("1963 impedance", 1e9, 32.0, 2e-2),
-    _maximum("1963 impedance", 2e7, 1585.0, 1e-2),
-    _maximum("1963 impedance", 1e6, 31600.0, 1e-2),
-    _maximum("palmar men 2 uS", 2e7, 1549.0, 1e-2),
-    _maximum("Gabriel wet", 1e9, 84.0, 2e-2),
-    _maximum("Gabriel wet", 2e7, 9200.0, 2e-2),
-)
+CHECKS = PAPER.checks(maximum_of)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.citation import Check
 from electrovib.papers import published
 from electrovib.physics.roughness import GaussianGaps, PullingSpots, contact_fraction, mean_pull
 
@@ -52,21 +51,4 @@ def real_contact_grows() -> float:
     return float(np.mean(grows))
 
 
-CHECKS = (
-    Check(
-        "share of rough contacts in which a thinner coating pulls more",
-        expect=1.0,
-        rtol=1e-6,
-        source="statement of significance: an effectively thinner coating has a large effect",
-        compute=thinner_coatings_pull_more,
-        status="abstract",
-    ),
-    Check(
-        "share of rough contacts in which voltage raises the real contact area",
-        expect=1.0,
-        rtol=1e-6,
-        source="abstract: electroadhesion increases the real contact area",
-        compute=real_contact_grows,
-        status="abstract",
-    ),
-)
+CHECKS = PAPER.checks(thinner_coatings_pull_more, real_contact_grows)

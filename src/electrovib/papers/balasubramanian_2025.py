@@ -13,7 +13,6 @@ with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is th
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check, derived
 from electrovib.papers import published
 from electrovib.physics.finger import GrowthWithSpeed
 
@@ -28,8 +27,7 @@ STIFFNESS_SLOPE: float = GrowthWithSpeed.model_fields["stiffness_slope"].default
 """Rise of the finger's stiffness with sliding speed, abstract [N/m per m/s]."""
 SPEEDS = (0.02, 0.1)
 """Lowest and highest sliding speed of the experiment, abstract [m/s]."""
-LOADS = (0.2, 0.6)
-"""Lowest and highest normal force of the experiment, abstract [N]."""
+SLOPES = {"cut_off": CUT_OFF_SLOPE, "mass": MASS_SLOPE, "stiffness": STIFFNESS_SLOPE}
 
 
 def at_speed(*, speed: float, slope: float, known_at: float, known: float) -> float:
@@ -41,24 +39,10 @@ def at_speed(*, speed: float, slope: float, known_at: float, known: float) -> fl
     return known + slope * (speed - known_at)
 
 
-def change(*, slope: float) -> float:
-    """Return the change of a quantity from the lowest to the highest speed of the experiment, slope in unit per m/s."""
+def change(*, of: str) -> float:
+    """Return the change of a quantity of `SLOPES` from the lowest to the highest speed of the experiment."""
     low, high = SPEEDS
-    return at_speed(speed=high, slope=slope, known_at=low, known=0.0)
+    return at_speed(speed=high, slope=SLOPES[of], known_at=low, known=0.0)
 
 
-def _change(name: str, slope: float, expect: float, rtol: float) -> Check:
-    return derived(
-        f"{name} from 20 to 100 mm/s",
-        expect=expect,
-        rtol=rtol,
-        source="abstract: slope per mm/s times 80, three or four digits",
-        compute=lambda: change(slope=slope),
-    )
-
-
-CHECKS = (
-    _change("rise of the cut-off in Hz", CUT_OFF_SLOPE, 1104.0, 5e-4),
-    _change("rise of the moving mass in kg", MASS_SLOPE, 2.58e-3, 2e-3),
-    _change("rise of the stiffness in N/m", STIFFNESS_SLOPE, 323.0, 2e-3),
-)
+CHECKS = PAPER.checks(change)

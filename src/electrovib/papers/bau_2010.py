@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import derived
 from electrovib.papers import mean_attraction, published
 
 PAPER = published(__name__)
@@ -35,6 +34,16 @@ def force_change(*, ratio: float) -> float:
     return 20 * math.log10(force[1] / force[0])
 
 
+def just_noticeable_share() -> float:
+    """Return the voltage difference that can just be distinguished, over the voltage."""
+    return just_noticeable_ratio() - 1
+
+
+def just_noticeable_force() -> float:
+    """Return the change of the mean attraction at that difference [dB]."""
+    return force_change(ratio=just_noticeable_ratio())
+
+
 def order_of_the_force() -> int:
     """Return the order of the drive's harmonic at which the alternating part of the attraction is largest."""
     from electrovib.solve.simulate import simulate
@@ -44,26 +53,4 @@ def order_of_the_force() -> int:
     return int(np.argmax(np.abs(np.fft.rfft(force))[1:])) + 1
 
 
-CHECKS = (
-    derived(
-        "voltage difference that can just be distinguished, as a share",
-        expect=0.149,
-        rtol=4e-3,
-        source="Ryu 2018, abstract: 1.21 dB, three digits",
-        compute=lambda: just_noticeable_ratio() - 1,
-    ),
-    derived(
-        "change of the attraction at that voltage, in dB",
-        expect=2.42,
-        rtol=4e-3,
-        source="twice the 1.21 dB of Ryu 2018, abstract: the force is a square",
-        compute=lambda: force_change(ratio=just_noticeable_ratio()),
-    ),
-    derived(
-        "frequency of the force over that of the drive",
-        expect=2.0,
-        rtol=1e-9,
-        source="the attraction is proportional to the square of the voltage, whatever its sign",
-        compute=order_of_the_force,
-    ),
-)
+CHECKS = PAPER.checks(just_noticeable_share, just_noticeable_force, order_of_the_force)

@@ -20,11 +20,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
 from electrovib.papers import published
-from electrovib.physics.contact.rough_surface import (
+from electrovib.physics.contact.surface import (
     HEIGHT,
     MODULUS,
     SLOPE,
@@ -117,20 +116,4 @@ def conductors_over_plates() -> float:
     return float(local_pull(voltage, electrical_thickness=0.0, gap=gap) / (eps0 * voltage**2 / (2 * gap**2)))
 
 
-CHECKS = (
-    Check(
-        "coefficient of friction decays with the normal pressure and tends to a plateau (1: yes)",
-        expect=1.0,
-        rtol=1e-6,
-        source="abstract; computed with a real contact that is proportional to load plus pull while these are small",
-        compute=decays_to_a_plateau,
-        status="abstract",
-    ),
-    derived(
-        "pull of conductors over that of two plates in air",
-        expect=1.0,
-        rtol=1e-12,
-        source="identity: the case of conductors is that of no layer",
-        compute=conductors_over_plates,
-    ),
-)
+CHECKS = PAPER.checks(decays_to_a_plateau, conductors_over_plates)

@@ -14,10 +14,9 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check
 from electrovib.papers import mean_attraction, published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity, steady
+from electrovib.studies.evidence.quantities import steady
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -47,22 +46,5 @@ def friction_per_current(scenario: Scenario) -> float:
     return float(added) / current
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return the friction per current."""
-    return {
-        "friction_per_current": ComputedQuantity(
-            title="friction that the attraction adds, per current", unit="N/A", compute=friction_per_current
-        )
-    }
-
-
-CHECKS = (
-    Check(
-        "friction per current at 0.5 N",
-        expect=63.0,
-        rtol=1e-2,
-        source="the formula of the authors' plot label, two digits",
-        compute=lambda: per_current(0.5),
-        status="derived",
-    ),
-)
+quantities = PAPER.quantities(friction_per_current)
+CHECKS = PAPER.checks(per_current)

@@ -10,15 +10,13 @@ thresholds differ fourfold by contact and posture, and from 10 to 20 Hz the tabl
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
 
-from electrovib.core.citation import Check
 from electrovib.papers import published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity, vibration_threshold
+from electrovib.studies.evidence.quantities import vibration_threshold
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -34,16 +32,7 @@ def fall(scenario: Scenario, *, low: float, high: float) -> float:
     )
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return the fall per octave between the two pairs of frequencies that are printed."""
-    return {
-        f"fall_from_{low:g}_to_{high:g}_Hz": ComputedQuantity(
-            title="fall of the threshold per octave, in dB",
-            unit="1",
-            compute=functools.partial(fall, low=low, high=high),
-        )
-        for low, high in ((10.0, 160.0), (30.0, 300.0))
-    }
+quantities = PAPER.quantities(fall)
 
 
 def tabled_fall() -> float:
@@ -54,13 +43,4 @@ def tabled_fall() -> float:
     return 20 * math.log10(low / high)
 
 
-CHECKS = (
-    Check(
-        "fall of the tabled threshold from 10 to 20 Hz in dB",
-        expect=9.71,
-        rtol=1e-3,
-        source="20 lg(26/8.5), computed by hand",
-        compute=tabled_fall,
-        status="derived",
-    ),
-)
+CHECKS = PAPER.checks(tabled_fall)

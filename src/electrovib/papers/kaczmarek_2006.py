@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import published
 from electrovib.papers.vezzoli_2014 import values
@@ -78,6 +77,16 @@ def polarity_ratio(scenario: Scenario) -> float:
     return float(np.mean(pull[on]) / np.mean(pull_turned[on]))
 
 
+def polarity_ratio_of(*, name: str, law: str) -> float:
+    """Compute the same for a ready-made scenario under the force law of a name."""
+    return polarity_ratio(scenarios()[name].replace({"force": {"model": law}}))
+
+
+def is_weaker(*, name: str) -> float:
+    """Return 1 if the pulse of a ready-made scenario attracts less than one of opposite sign, otherwise 0."""
+    return float(polarity_ratio(scenarios()[name]) < 0.99)
+
+
 def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: float = 0.2) -> float:
     """Compute the ratio of the peak attractions on the falling and on the rising edge of a positive trapezoidal pulse.
 
@@ -95,37 +104,4 @@ def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: f
     return float(force[2] / force[1])
 
 
-def _edges(name: str, expect: float, positive: float, negative: float) -> Check:
-    return derived(
-        name,
-        expect=expect,
-        rtol=2e-3,
-        source="closed form of one mode, (tau (1 - exp(-ramp/tau)))^2, by hand; checks the candidate law, not the paper",
-        compute=lambda: edge_ratio(positive=positive, negative=negative),
-    )
-
-
-CHECKS = (
-    Check(
-        "attraction of a positive over a negative pulse, baseline law",
-        expect=1.0,
-        rtol=1e-12,
-        source="abstract: in parallel-plate models the force is insensitive to polarity",
-        compute=lambda: polarity_ratio(
-            scenarios()["positive"].replace({"force": {"model": "EffectiveMedium"}})
-        ),
-        status="abstract",
-    ),
-    Check(
-        "a positive pulse pulls less than a negative one, skin that rectifies (1: yes)",
-        expect=1.0,
-        rtol=1e-6,
-        source="abstract: less sensitive to positive pulses; it proposes asymmetric conduction, whose sign is chosen here",
-        compute=lambda: float(polarity_ratio(scenarios()["skin_positive"]) < 0.99),
-        status="abstract",
-    ),
-    _edges("falling over rising edge, 2.5 ms for positive fields and 7.7 ms for negative", 8.132, FAST, SLOW),
-    _edges(
-        "falling over rising edge, 7.7 ms for positive fields and 2.5 ms for negative", 0.12298, SLOW, FAST
-    ),
-)
+CHECKS = PAPER.checks(polarity_ratio_of, is_weaker, edge_ratio)

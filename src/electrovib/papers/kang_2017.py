@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.citation import Check, derived
 from electrovib.papers import published
 
 PAPER = published(__name__)
@@ -66,30 +65,19 @@ def square_harmonics(drive: dict[str, Any]) -> NDArray[np.float64]:
     return harmonics(scenarios()["sine"].replace({"drive": drive}).drive.voltage(time) ** 2)
 
 
-def _algebra(name: str, drive: dict[str, Any], order: int, expect: float) -> Check:
-    return derived(
-        name,
-        expect=expect,
-        rtol=1e-9,
-        source="algebra of the square, exact; rounding of a discrete Fourier transform",
-        compute=lambda: float(square_harmonics(drive)[order]),
-    )
+def with_offset(*, order: int) -> float:
+    """Return one harmonic of the square of a sine of 1 V on an offset of 2 V, or for 0 its mean [V2]."""
+    return float(square_harmonics(offset(sine(amplitude=1.0), level=2.0))[order])
 
 
-_OFFSET, _MODULATED = offset(sine(amplitude=1.0), level=2.0), modulated(amplitude=1.0, depth=0.8)
+def with_carrier(*, order: int) -> float:
+    """Return the same of a carrier of 1 V, modulated by 0.8 [V2]."""
+    return float(square_harmonics(modulated(amplitude=1.0, depth=0.8))[order])
 
-CHECKS = (
-    _algebra("mean of (2 + cos)^2", _OFFSET, 0, 4.5),
-    _algebra("(2 + cos)^2 at the frequency of the drive", _OFFSET, 1, 4.0),
-    _algebra("(2 + cos)^2 at twice the frequency", _OFFSET, 2, 0.5),
-    _algebra("mean of a carrier under 1 + 0.8 cos", _MODULATED, 0, 0.66),
-    _algebra("carrier under 1 + 0.8 cos, at the modulation", _MODULATED, 1, 0.8),
-    _algebra("carrier under 1 + 0.8 cos, at twice the modulation", _MODULATED, 2, 0.16),
-    derived(
-        "vibrating force with an offset of twice the amplitude over that without, one peak-to-peak voltage",
-        expect=8.0,
-        rtol=1e-9,
-        source="abstract: less peak-to-peak voltage for an equal percept; 2 V0 V1 against V1^2/2",
-        compute=lambda: float(square_harmonics(_OFFSET)[1] / square_harmonics(sine(amplitude=1.0))[2]),
-    ),
-)
+
+def gain_of_an_offset() -> float:
+    """Return the vibrating part with that offset over the one without it, of one peak-to-peak voltage."""
+    return with_offset(order=1) / float(square_harmonics(sine(amplitude=1.0))[2])
+
+
+CHECKS = PAPER.checks(with_offset, with_carrier, gain_of_an_offset)

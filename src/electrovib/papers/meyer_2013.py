@@ -16,7 +16,6 @@ import math
 
 import numpy as np
 
-from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import mean_attraction, published
 from electrovib.papers.vezzoli_2014 import values
@@ -25,9 +24,6 @@ from electrovib.physics.material import Constant, Material
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 scenarios = PAPER.scenarios
-
-CUT_OFF = 500.0
-"""Upper bound of the model's cut-off, abstract [Hz]."""
 
 
 def time_constant(cut_off: float) -> float:
@@ -70,6 +66,11 @@ def cut_off(skin: Material) -> float:
     return float(np.exp(np.interp(0.0, turns[near], np.log(frequency[near]))))
 
 
+def cut_off_of(*, skin: str) -> float:
+    """Compute the cut-off [Hz] for a published skin, ``author_year/name``."""
+    return cut_off(Material.model_validate(skin))
+
+
 def share_of_plateau(*, frequency: float) -> float:
     """Return the mean attraction of the first-order scenario at a frequency [Hz], over that at 1 GHz."""
     scenario = scenarios()["first_order"]
@@ -84,41 +85,4 @@ def voltage_exponent() -> float:
     return math.log2(force[1] / force[0])
 
 
-CHECKS = (
-    derived(
-        "shortest time constant of the model",
-        expect=0.318e-3,
-        rtol=2e-3,
-        source="abstract: cut-off below about 500 Hz, as a time constant",
-        compute=lambda: time_constant(CUT_OFF),
-    ),
-    derived(
-        "attraction at 500 Hz over its plateau, in the stack",
-        expect=0.5,
-        rtol=1e-6,
-        source="half the power at the cut-off of a first-order circuit, here the abstract's bound",
-        compute=lambda: share_of_plateau(frequency=CUT_OFF),
-    ),
-    derived(
-        "cut-off predicted for the skin of Vezzoli et al. 2014, in Hz",
-        expect=13.8,
-        rtol=5e-3,
-        source="1/(2 pi 7.7 ms (1 + C_i/C_s)) with C_i/C_s = 1/2, by hand, three digits: below 500 Hz",
-        compute=lambda: cut_off(values.skins()["point"].material),
-    ),
-    derived(
-        "C_i over C_s of 1 um with permittivity 3.9",
-        expect=0.5,
-        rtol=1e-2,
-        source="3.45 nF against the 6.9 nF per cm2 of Vezzoli et al. 2014: C_i comparable with C_s",
-        compute=capacitance_ratio,
-    ),
-    Check(
-        "exponent of the voltage",
-        expect=2.0,
-        rtol=1e-9,
-        source="abstract: square law",
-        compute=voltage_exponent,
-        status="abstract",
-    ),
-)
+CHECKS = PAPER.checks(time_constant, share_of_plateau, cut_off_of, capacitance_ratio, voltage_exponent)

@@ -15,11 +15,8 @@ is not computed.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from electrovib.core.citation import Check, derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import published
 
@@ -69,21 +66,4 @@ def time_constant(name: str) -> float:
     return 1 / float(section.modes.rates[0])
 
 
-def _two_layers(name: str, expect: float, rtol: float, compute: Any) -> Check:
-    source = (
-        "closed form of two layers, evaluated independently of this code, to as many digits as the tolerance"
-    )
-    return derived(name, expect=expect, rtol=rtol, source=source, compute=compute)
-
-
-CHECKS = (
-    _two_layers("pressure at first, Pa", 4544.0, 1.5e-4, lambda: pressures("rise")[0]),
-    _two_layers(
-        "pressure at last where the gap conducts less, Pa", 4919.0, 1.5e-4, lambda: pressures("rise")[1]
-    ),
-    _two_layers(
-        "pressure at last where the gap conducts more, Pa", 3.3, 1.5e-2, lambda: pressures("fall")[1]
-    ),
-    _two_layers("time constant of the rise, s", 8.5e-3, 6e-3, lambda: time_constant("rise")),
-    _two_layers("time constant of the fall, s", 0.22e-3, 2.5e-2, lambda: time_constant("fall")),
-)
+CHECKS = PAPER.checks(pressures, time_constant)

@@ -13,14 +13,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from electrovib.core.citation import derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.papers import published
 from electrovib.physics.skin import time_constant
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
-    from electrovib.studies.evidence.quantities import ComputedQuantity
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -35,15 +33,7 @@ def admittance_exponent(scenario: Scenario) -> float:
     return 1 + math.log(ends[1] / ends[0]) / (2 * math.log(step))
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return the exponent of the admittance, which tells skins with dispersion from those without."""
-    from electrovib.studies.evidence.quantities import ComputedQuantity
-
-    return {
-        "admittance_exponent": ComputedQuantity(
-            title="exponent of the admittance of skin", unit="1", compute=admittance_exponent
-        )
-    }
+quantities = PAPER.quantities(admittance_exponent)
 
 
 def capacitance() -> float:
@@ -56,26 +46,9 @@ def capacitance() -> float:
     )
 
 
-CHECKS = (
-    derived(
-        "capacitance of 1 cm2 of palmar skin at 100 Hz",
-        expect=6.9e-9,
-        rtol=1e-9,
-        source="the 6.9 nF of Vezzoli et al. 2014, to which the admittance is set",
-        compute=capacitance,
-    ),
-    derived(
-        "tau of palmar skin, alpha 0.7545, 2 uS, at 100 Hz",
-        expect=1.84e-3,
-        rtol=3e-3,
-        source="evaluated independently of this code, table of skin values",
-        compute=lambda: float(time_constant(skins()["dry_men"].material, 100.0)),
-    ),
-    derived(
-        "tau of palmar skin, alpha 0.8025, 20 uS, at 10 kHz",
-        expect=0.0366e-3,
-        rtol=5e-3,
-        source="evaluated independently of this code, table of skin values",
-        compute=lambda: float(time_constant(skins()["moist_women"].material, 1e4)),
-    ),
-)
+def tau(*, skin: str, frequency: float) -> float:
+    """Return the time constant of a skin [s] at a frequency [Hz]."""
+    return float(time_constant(skins()[skin].material, frequency))
+
+
+CHECKS = PAPER.checks(capacitance, tau)

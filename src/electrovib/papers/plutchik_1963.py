@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.citation import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.papers import published
 
@@ -29,29 +28,14 @@ def impedance(frequency: float) -> complex:
     return complex(THICKNESS / (2j * np.pi * frequency * VACUUM_PERMITTIVITY * permittivity * AREA))
 
 
-CHECKS = (
-    Check(
-        "|Z| at 1 Hz",
-        expect=130e3,
-        rtol=1e-2,
-        source="abstract, two digits",
-        compute=lambda: abs(impedance(1.0)),
-        status="abstract",
-    ),
-    Check(
-        "|Z| at 1 kHz",
-        expect=30e3,
-        rtol=2e-2,
-        source="abstract, one digit",
-        compute=lambda: abs(impedance(1e3)),
-        status="abstract",
-    ),
-    Check(
-        "phase at 1 kHz",
-        expect=-58.0,
-        rtol=1e-2,
-        source="abstract, two digits",
-        compute=lambda: float(np.degrees(np.angle(impedance(1e3)))),
-        status="abstract",
-    ),
-)
+def magnitude(frequency: float) -> float:
+    """Return its magnitude [ohm]."""
+    return abs(impedance(frequency))
+
+
+def phase(frequency: float) -> float:
+    """Return its phase angle in degrees."""
+    return float(np.degrees(np.angle(impedance(frequency))))
+
+
+CHECKS = PAPER.checks(magnitude, phase)

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 
-from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.papers import published
 
@@ -102,46 +101,15 @@ def energy_over_strength_and_range() -> float:
     return _energy() / (adhesive_strength(voltage=_VOLTAGE, **_COATING) * adhesive_range(**_COATING))
 
 
-_APART = "the abstract's analogy with inputs of a choice, computed independently of this code"
+def energy_with_twice_the_voltage() -> float:
+    """Return the energy of separation at twice the voltage over that at the voltage."""
+    return separation_energy(voltage=2 * _VOLTAGE, **_COATING) / _energy()
 
 
-def _gain(load: float, expect: float) -> Check:
-    return derived(
-        f"growth of the contact of an adhesive sphere at {load:g} N",
-        expect=expect,
-        rtol=0.6e-3 / expect,  # a tenth of a percent of the area
-        source=_APART,
-        compute=lambda: area_gain(normal_force=load),
-    )
-
-
-CHECKS = (
-    derived(
-        "energy of separation over strength times range",
-        expect=1.0,
-        rtol=1e-12,
-        source="identity",
-        compute=energy_over_strength_and_range,
-    ),
-    Check(
-        "energy of separation, growth with twice the voltage",
-        expect=4.0,
-        rtol=1e-12,
-        source="abstract: energy quadratic in the voltage",
-        compute=lambda: separation_energy(voltage=2 * _VOLTAGE, **_COATING) / _energy(),
-        status="abstract",
-    ),
-    derived(
-        "energy of separation, 1 um of 3.9 at 100 V", expect=0.1727, rtol=5e-4, source=_APART, compute=_energy
-    ),
-    derived(
-        "strength of adhesion, 1 um of 3.9 at 100 V",
-        expect=673e3,
-        rtol=1e-3,
-        source=_APART,
-        compute=lambda: adhesive_strength(voltage=_VOLTAGE, **_COATING),
-    ),
-    _gain(0.1, 0.455),
-    _gain(0.5, 0.185),
-    _gain(2.0, 0.089),
+CHECKS = PAPER.checks(
+    energy_over_strength_and_range,
+    energy_with_twice_the_voltage,
+    separation_energy,
+    adhesive_strength,
+    area_gain,
 )

@@ -13,16 +13,14 @@ clutches and pads of others that the authors' script quotes are declared here to
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
 
-from electrovib.core.citation import Check, derived
 from electrovib.core.constants import eps0
 from electrovib.papers import published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity, takes_columns
+from electrovib.studies.evidence.quantities import takes_columns
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -31,19 +29,6 @@ scenarios, materials = PAPER.scenarios, PAPER.materials
 THICKNESS, VOLTAGE = 24e-6, 300.0
 AREA = 4 * 1.5e-3 * 2e-3
 """Area of all electrode fingers, half of them of each polarity [m2]."""
-HIGH, LOW = 50.0, 3.0
-"""Permittivities of the dielectric in the field calculations."""
-FIELD_POINTS = {
-    (HIGH, 10e-9): 4.983,
-    (HIGH, 1e-6): 0.5516,
-    (HIGH, 10e-6): 0.01151,
-    (LOW, 10e-9): 0.01870,
-    (LOW, 1e-6): 0.01482,
-    (LOW, 10e-6): 0.003733,
-}
-"""Force of the finite-element calculation [N] for each permittivity [1] and air gap [m]."""
-WITHIN = {HIGH: 6e-2, LOW: 1.5e-2}
-"""Relative deviation allowed for the formula: the calculation includes fringe fields, which grow with the permittivity."""
 
 
 def clutch_force(
@@ -58,35 +43,15 @@ def clutch_force(
     return eps0 * (permittivity * voltage) ** 2 * area / (8 * (thickness + permittivity * gap) ** 2)
 
 
-def _check(permittivity: float, gap: float) -> Check:
-    return Check(
-        f"finite-element force, permittivity {permittivity:g}, gap {gap * 1e6:g} um",
-        expect=FIELD_POINTS[permittivity, gap],
-        rtol=WITHIN[permittivity],
-        source="points of figure 2b in the authors' public code",
-        compute=functools.partial(clutch_force, voltage=VOLTAGE, gap=gap, permittivity=permittivity),
-        status="in part",
-    )
-
-
 def stack_over_formula() -> float:
     """Return the force of the stack with two contacts over that of the formula, at 1 um and permittivity 50."""
     from electrovib.solve.simulate import simulate
 
     trace = simulate(scenarios()["field_50"], time=np.array([0.0, 1e-3]))
-    return float(trace.electrostatic_force[-1]) / clutch_force(voltage=VOLTAGE, gap=1e-6, permittivity=HIGH)
+    return float(trace.electrostatic_force[-1]) / clutch_force(voltage=VOLTAGE, gap=1e-6, permittivity=50.0)
 
 
-CHECKS = (
-    *(_check(*point) for point in FIELD_POINTS),
-    derived(
-        "stack with two contacts over the formula",
-        expect=1.0,
-        rtol=1e-9,
-        source="identity: the current enters through half of the electrodes and leaves through the other half",
-        compute=stack_over_formula,
-    ),
-)
+CHECKS = PAPER.checks(clutch_force, stack_over_formula)
 
 
 @takes_columns
@@ -121,14 +86,4 @@ def shear_force(scenario: Scenario) -> float:
     return electric_part(held) + before
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return the friction that the attraction adds, that of the load too, and the capacitance between the electrodes."""
-    return {
-        "electric_part": ComputedQuantity(
-            title="friction that the attraction adds", unit="N", compute=electric_part
-        ),
-        "shear_force": ComputedQuantity(
-            title="friction of load and attraction", unit="N", compute=shear_force
-        ),
-        "capacitance": ComputedQuantity(title="capacitance of the clutch", unit="F", compute=capacitance),
-    }
+quantities = PAPER.quantities(electric_part, shear_force, capacitance)

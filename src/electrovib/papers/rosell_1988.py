@@ -10,10 +10,9 @@ is most of what is left at 1 MHz.
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check
 from electrovib.papers import published
 from electrovib.scenario import Scenario
-from electrovib.studies.evidence.quantities import ComputedQuantity, magnitude
+from electrovib.studies.evidence.quantities import magnitude
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
@@ -28,13 +27,7 @@ def sliding_over_rest(scenario: Scenario) -> float:
     return float(magnitude(scenario) / magnitude(scenario.replace({"stack": layers})))
 
 
-def quantities() -> dict[str, ComputedQuantity]:
-    """Return by how much sliding raises the impedance."""
-    return {
-        "sliding_over_rest": ComputedQuantity(
-            title="impedance of a sliding finger over that at rest", unit="1", compute=sliding_over_rest
-        )
-    }
+quantities = PAPER.quantities(sliding_over_rest)
 
 
 def palm_resistivity() -> float:
@@ -44,13 +37,4 @@ def palm_resistivity() -> float:
     return of_publication("rosell_1988")["palm"].values[0] * AREA / 200e-6
 
 
-CHECKS = (
-    Check(
-        "resistivity of palm if 200 um hold all of its resistance",
-        expect=8.5e4,
-        rtol=1e-3,
-        source="170 kohm of 1 cm2 over 200 um, computed by hand",
-        compute=palm_resistivity,
-        status="derived",
-    ),
-)
+CHECKS = PAPER.checks(palm_resistivity)

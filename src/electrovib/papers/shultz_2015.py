@@ -11,17 +11,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.citation import derived
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import published
 
 PAPER = published(__name__)
 CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 scenarios = PAPER.scenarios
-
-VOLTAGE, AREA, GAP = 100.0, 1e-4, 3e-6
-GAP_RESISTIVITY = 1e12
-"""Resistivity of a gap that leaks less than the coating, a choice [ohm m]."""
 
 
 def gap_force(*, voltage: float, gap: float, area: float) -> float:
@@ -37,19 +32,4 @@ def settled_force(name: str) -> float:
     return float(force[-1])
 
 
-CHECKS = (
-    derived(
-        "attraction with all of 100 V across 3 um and 1 cm2, N",
-        expect=0.4919,
-        rtol=2e-4,
-        source="limit of the Maxwell stress in the gap, by hand, four digits",
-        compute=lambda: gap_force(voltage=VOLTAGE, gap=GAP, area=AREA),
-    ),
-    derived(
-        "settled attraction on a coating that leaks, N",
-        expect=0.4919,
-        rtol=2e-4,
-        source="limit of the Maxwell stress in the gap, by hand: the gap has 3e4 times the resistance of coating and skin",
-        compute=lambda: settled_force("leaky"),
-    ),
-)
+CHECKS = PAPER.checks(gap_force, settled_force)

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.citation import derived
 from electrovib.papers import mean_attraction, published
 
 PAPER = published(__name__)
@@ -48,26 +47,9 @@ def sliding_over_rest(*, gap: float) -> tuple[float, float]:
     return float(impedance / impedance_at_rest), force / force_at_rest
 
 
-CHECKS = (
-    derived(
-        "impedance with a gap of 0.385 um over that at rest",
-        expect=2.0,
-        rtol=2e-3,
-        source="abstract: a rise of 100 %; gap of K computed by hand, three digits",
-        compute=lambda: sliding_over_rest(gap=0.385e-6)[0],
-    ),
-    derived(
-        "impedance with a gap of 3.846 um over that at rest",
-        expect=11.0,
-        rtol=1e-3,
-        source="abstract: a rise of 1000 %; gap of 10 K computed by hand, four digits",
-        compute=lambda: sliding_over_rest(gap=3.846e-6)[0],
-    ),
-    derived(
-        "attraction of contact over that with twice its impedance",
-        expect=4.0,
-        rtol=3e-3,
-        source="identity: at fixed voltage the gap field is inversely proportional to the impedance",
-        compute=lambda: 1 / sliding_over_rest(gap=0.385e-6)[1],
-    ),
-)
+def force_at_rest_over(*, gap: float) -> float:
+    """Return the inverse of the second: the attraction of a resting finger over that of a sliding one."""
+    return 1 / sliding_over_rest(gap=gap)[1]
+
+
+CHECKS = PAPER.checks(sliding_over_rest, force_at_rest_over)

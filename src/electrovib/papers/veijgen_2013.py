@@ -10,7 +10,6 @@ on polyamide and at 2.79 on rosin-coated glass (Smith and Scott), above what the
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check
 from electrovib.papers import published
 
 PAPER = published(__name__)
@@ -25,13 +24,4 @@ def motion_over_rest() -> float:
     return found["in_motion"].values[0] / found["at_rest"].values[0]
 
 
-CHECKS = (
-    Check(
-        "coefficient in motion over that at rest",
-        expect=0.69,
-        rtol=1e-2,
-        source="abstract, two medians of two digits",
-        compute=motion_over_rest,
-        status="derived",
-    ),
-)
+CHECKS = PAPER.checks(motion_over_rest)

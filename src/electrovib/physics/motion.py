@@ -169,24 +169,27 @@ class TouchAndLift(Distance):
             raise ValueError("near must be below far")
         return self
 
-    def gap(self, time: ArrayLike) -> NDArray[np.float64]:
-        """Return the distance [m] at times [s]."""
+    def _shares(self, time: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return how much of approach and of lift is over at times [s]."""
         times = np.asarray(time, dtype=float)
         begin, top, end, far = self.breaks()
-        down = np.clip((times - begin) / (top - begin), 0.0, 1.0)
-        up = np.clip((times - end) / (far - end), 0.0, 1.0)
+        return np.clip((times - begin) / (top - begin), 0.0, 1.0), np.clip(
+            (times - end) / (far - end), 0.0, 1.0
+        )
+
+    def gap(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Return the distance [m] at times [s]."""
+        down, up = self._shares(time)
         near = (np.cos(np.pi * up) - np.cos(np.pi * down)) / 2  # 0 far, 1 near
         return np.asarray(self.far * (self.near / self.far) ** near)
 
     def rate(self, time: ArrayLike) -> NDArray[np.float64]:
         """Return the rate of change [m/s] at times [s]; 0 at the ends of approach and lift."""
-        times = np.asarray(time, dtype=float)
         begin, top, end, far = self.breaks()
-        down = np.clip((times - begin) / (top - begin), 0.0, 1.0)
-        up = np.clip((times - end) / (far - end), 0.0, 1.0)
+        down, up = self._shares(time)
         approaches, lifts = ((share > 0) & (share < 1) for share in (down, up))
         nearing = approaches * np.sin(np.pi * down) / (top - begin) - lifts * np.sin(np.pi * up) / (far - end)
-        return np.asarray(self.gap(times) * np.log(self.near / self.far) * np.pi / 2 * nearing)
+        return np.asarray(self.gap(time) * np.log(self.near / self.far) * np.pi / 2 * nearing)
 
     def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Tell at which times [s] the finger is in contact: from the end of the approach until the lift begins."""

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.physics.drive.sampled import Refuse, StampTreatment
 from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance, Stage, response
 
@@ -233,7 +232,7 @@ class Tribometer(Rig):
     def _noise_belongs_to_readings(self) -> Self:
         if self.digitiser is None and max(self.noises()) > 0:
             why = "noise is defined for one digitised reading, so it needs a digitiser; add rig.digitiser, or set noise to 0"
-            raise PydanticCustomError("noise", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def normal_stages(self) -> tuple[Stage, ...]:
@@ -265,7 +264,7 @@ class ForceChannel(Model):
     equation: ClassVar[Mapping[str, str]] = {"force": "sensitivity*(reading - offset)"}
     example: ClassVar[Mapping[str, Any]] = {"column": 0, "sensitivity": 0.5}
 
-    column: Annotated[str | int, Field(description="name or number of the column")]
+    column: ColumnName
     sensitivity: Annotated[
         Number | None,
         Quantity("N/V", -1e6, 1e6, "force per volt, negative if load lowers it; absent for a force"),
@@ -295,7 +294,7 @@ class ForceChannel(Model):
                 "the sign of a voltage is that of its sensitivity: omit sign and give a negative sensitivity"
             )
         if why:
-            raise PydanticCustomError("sensitivity", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     @property
@@ -333,7 +332,7 @@ class Encoder(Model):
     equation: ClassVar[Mapping[str, str]] = {"position": "step*(counts + wraps(counts) - counts[first])"}
     example: ClassVar[Mapping[str, Any]] = {"column": 1, "step": 1e-6}
 
-    column: Annotated[str | int, Field(description="name or number of the column")]
+    column: ColumnName
     step: Annotated[Number, Quantity("m", -1.0, 1.0, "distance per count, negative if it counts backwards")]
     wraps_at: Annotated[
         Number,
@@ -344,7 +343,7 @@ class Encoder(Model):
     def _counts_something(self) -> Self:
         if self.step == 0:
             why = "a step of 0 makes every position 0; give for instance '0.5 um'"
-            raise PydanticCustomError("step", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def wraps(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -402,7 +401,7 @@ class TimeColumn(Clock):
 
     example: ClassVar[Mapping[str, Any]] = {"column": 0}
 
-    column: Annotated[str | int, Field(description="name or number of the column")]
+    column: ColumnName
     unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
     stamps: Annotated[StampTreatment, Field(description="treatment of time stamps that do not increase")] = (
         Refuse()
@@ -440,5 +439,5 @@ class TribometerChannels(Model):
         elif not 0 <= self.missing_rows <= 10**9:
             why = f"missing_rows = {self.missing_rows}: expected a number of rows from 0 to 1e9"
         if why:
-            raise PydanticCustomError("channels", "{why}", {"why": why})
+            raise ValueError(why)
         return self

@@ -131,12 +131,12 @@ class Stack(Model):
     @model_validator(mode="after")
     def _has_layers(self) -> Self:
         if not self.layers:
-            raise PydanticCustomError("layers", "{why}", {"why": "a stack needs at least one layer"})
+            raise ValueError("a stack needs at least one layer")
         if any(layer.initial_charge for layer in [*self.layers.values()][-1:]):
             why = (
                 f"initial_charge of the last layer '{[*self.layers][-1]}' would lie on the conducting finger"
             )
-            raise PydanticCustomError("charge", "{why}", {"why": why})
+            raise ValueError(why)
         wrong = [
             name
             for name in self.layers

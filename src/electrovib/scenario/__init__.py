@@ -12,14 +12,14 @@ from electrovib.scenario.grids import FrequencyGrid as FrequencyGrid
 from electrovib.scenario.grids import InitialState as InitialState
 from electrovib.scenario.grids import PeriodicState as PeriodicState
 from electrovib.scenario.grids import TimeGrid as TimeGrid
-from electrovib.scenario.presets import plain as plain
-from electrovib.scenario.presets import preset as preset
 from electrovib.scenario.reading import DEFAULT as DEFAULT
 from electrovib.scenario.reading import Source as Source
 from electrovib.scenario.reading import changed_models as changed_models
 from electrovib.scenario.reading import load as load
 from electrovib.scenario.reading import paper_of_preset as paper_of_preset
 from electrovib.scenario.reading import paper_scenario as paper_scenario
+from electrovib.scenario.reading import plain as plain
+from electrovib.scenario.reading import preset as preset
 from electrovib.scenario.reading import read_scenario as read_scenario
 from electrovib.scenario.reading import scenario_of as scenario_of
 from electrovib.scenario.reading import sweep_of as sweep_of

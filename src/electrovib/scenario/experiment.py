@@ -21,11 +21,10 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact, RoughContact
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.finger import Finger
+from electrovib.physics.finger import Finger, Moisture
 from electrovib.physics.force import ForceLaw, TabulatedAttraction, needed_layer, wanted_layer
 from electrovib.physics.friction import Friction, Load
 from electrovib.physics.limits import Limits
-from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig

@@ -11,7 +11,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.shown import enough
+from electrovib.physics.drive.extremes import enough
 
 FORMULA_SAMPLES: Final = 2001
 """Smallest number of output times by default; the duration over 2000 is their largest distance."""

@@ -358,7 +358,8 @@ class Words:
     """Rows, figures and tables of a report whose words are data: `file` has them by name, and numbers are put into them.
 
     `rows` has entries of `Row`, where `paper` names one of `values` [SI], which is printed, or is it; `panels` those of
-    `electrovib.core.answer.Panel`, over time where none says otherwise, and `tables` those of `Table`.
+    `electrovib.core.answer.Panel`, over time where none says otherwise, and `tables` those of `Table`; `texts` are lists
+    of sentences.
     """
 
     file: Path
@@ -373,6 +374,10 @@ class Words:
         item = self._entries[kind][name]
         texts = {key: item[key].format_map(numbers) for key in ("what", "note", "caption") if key in item}
         return {key: tuple(each) if isinstance(each, list) else each for key, each in item.items()} | texts
+
+    def texts(self, name: str, **numbers: object) -> tuple[str, ...]:
+        """Return sentences or paragraphs; a row among the numbers is named as ``{id.here}`` or ``{id.ours[0]:.2g}``."""
+        return tuple(each.format_map(numbers) for each in self._entries["texts"][name])
 
     def row(self, name: str, ours: float | Iterable[float], *, verdict: str = "", **numbers: Any) -> Row:
         """Return a row with our number, or the least and the largest of several, in SI; `verdict` where it depends on them."""

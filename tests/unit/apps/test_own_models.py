@@ -154,7 +154,7 @@ def found(folder):
         ("law.txt", "--models law.txt: expected a Python file"),
         (
             "taken",
-            "two models are called EffectiveMedium: electrovib.physics.force.maxwell_stress and taken; rename",
+            "two models are called EffectiveMedium: electrovib.physics.force and taken; rename",
         ),
         ("Failing", ": Failing.pressure (law.py, line 23): NameError: name 'undefined' is not defined"),
         ("Bare", ": law.py, Bare: AttributeError: 'Bare' object has no attribute 'conductivity'"),

@@ -88,7 +88,7 @@ def test_no_other_module_reads_a_file_as_toml():
         "apps/explorer/state.py",
         "bench/settings.py",
         "papers/__init__.py",
-        "physics/body_current.py",
+        "physics/safety.py",
         "physics/material/library/__init__.py",
         "studies/catalogue/found.py",
         "scenario/space/shipped/__init__.py",

@@ -113,10 +113,10 @@ def test_the_cut_off_of_published_skins_is_below_about_500_hz():
 
 def test_a_printed_table_of_skin_is_met_within_half_a_unit_of_its_last_digit_but_for_one_number():
     printed = [check for check in gabriel_1996.CHECKS if check.status == "second-hand"]
-    assert len(printed) == sum(map(len, gabriel_1996.PRINTED.values())) - 1 == 19
+    assert len(printed) == 19
     (first,) = (check for check in printed if check.name == "permittivity of wet skin at 10 kHz")
     assert first.rtol * first.expect == pytest.approx(0.5, rel=1e-12)
     assert not first.accepts(29010.6)
     slipped = gabriel_1996.computed(200e3, "wet", "conductivity")
     assert f"{slipped:.4f} S/m here" in gabriel_1996.DEFECTS[0]
-    assert abs(slipped - float(gabriel_1996.SLIPPED)) > 20 * 0.00005
+    assert abs(slipped - 0.1135) > 20 * 0.00005

@@ -86,12 +86,9 @@ def test_friction_without_voltage_is_on_the_plateau():
 
 def test_slopes_from_20_to_100_mm_per_s():
     paper = balasubramanian_2025
-    for slope, rise in (
-        (paper.CUT_OFF_SLOPE, 1104.0),
-        (paper.MASS_SLOPE, 2.584e-3),
-        (paper.STIFFNESS_SLOPE, 323.2),
-    ):
-        assert paper.change(slope=slope) == pytest.approx(rise, rel=1e-12)
+    for name, rise in (("cut_off", 1104.0), ("mass", 2.584e-3), ("stiffness", 323.2)):
+        slope = paper.SLOPES[name]
+        assert paper.change(of=name) == pytest.approx(rise, rel=1e-12)
         found = paper.at_speed(speed=0.13, slope=slope, known_at=0.05, known=500.0)
         assert found == pytest.approx(500.0 + rise, rel=1e-12), "80 mm/s above the known one"
 

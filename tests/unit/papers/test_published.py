@@ -55,6 +55,8 @@ def test_what_a_file_states_is_offered(written):
         (f"{HEAD}defects = 3\n", "own_2099.toml.defects = 3: expected a list"),
         (f"{HEAD}[scenarios.first]\nchanges = 3\n", "own_2099.toml.scenarios.first.changes = 3: expected a table"),
         (f"{HEAD}[scenarios.first]\n", "own_2099.toml.scenarios.first.title: missing"),
+        (f'{HEAD}[[checks]]\nname = "a"\nexpect = "b"\nsource = "c"\ncompute = "d"\n',
+            "own_2099.toml.checks.0.expect = 'b'"),
         (f"{HEAD}[skins.arm\n", "own_2099.toml: "),
         (HEAD + FIRST.replace("level", "levle"), "own_2099.scenarios.first.drive.levle: "),
         (HEAD + FIRST.replace("20 V", "20 N"), "own_2099.scenarios.first.drive.level = '20 N': expected a voltage"),
@@ -80,3 +82,21 @@ def test_what_is_not_asked_for_is_not_built(written):
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match=r"none_2099\.toml: .*No such file"):
         read_published(tmp_path / "none_2099.toml")
+
+
+def test_a_check_is_a_number_of_the_file_and_a_function_of_the_module(written):
+    def both(*, factor):
+        return factor, 3 * factor
+
+    check = (
+        '[[checks]]\nname = "three"\nexpect = 6.0\nwithin = 0.05\nsource = "table 1"\n'
+        'compute = "both"\ngiven = { factor = 2.0 }\npart = 1\n'
+    )
+    (found,) = written(HEAD + check).checks(both)
+    assert (found.value(), found.expect, found.status) == (6.0, 6.0, "derived")
+    assert found.accepts(6.049)
+    assert not found.accepts(6.051)
+    with pytest.raises(InputError, match=r"checks\.three\.compute = both: the module has no such"):
+        written(HEAD + check).checks(max)
+    with pytest.raises(InputError, match=r"checks\.three: it takes one of rtol and within"):
+        written(HEAD + check.replace("within", "rtol = 0.1\nwithin")).checks(both)

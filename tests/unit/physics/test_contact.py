@@ -23,7 +23,7 @@ from electrovib.physics.contact import (
     RoughAttraction,
     Surface,
 )
-from electrovib.physics.contact.rough_surface import gaussian_gaps
+from electrovib.physics.contact.surface import gaussian_gaps
 from electrovib.physics.roughness import (
     ContactSpots,
     GaussianGaps,

@@ -10,8 +10,8 @@ from electrovib.apps.explorer.state import presets
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.tables import stored_changes
+from electrovib.physics.finger import Moisture
 from electrovib.physics.material import Constant
-from electrovib.physics.moisture import Moisture
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, load, plain, preset
 from electrovib.scenario.experiment import moistened

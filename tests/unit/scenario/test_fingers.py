@@ -13,7 +13,7 @@ from electrovib.apps.cli import app
 from electrovib.core.citation import STATUSES
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
-from electrovib.physics.moisture import Moisture
+from electrovib.physics.finger import Moisture
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.studies.catalogue.found import distributions_in, entries_of
 

@@ -8,7 +8,7 @@ import electrovib as ev
 from electrovib.core.discovery import find_members, offers
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.moisture import Moisture
+from electrovib.physics.finger import Moisture
 from electrovib.scenario import Scenario, read_part
 from electrovib.scenario.sources import wrong_sources
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.physics.moisture import Moisture
+from electrovib.physics.finger import Moisture
 from electrovib.scenario.distributions import Empirical, LogNormal, LogUniform, Normal, Triangular, Uniform
 from electrovib.scenario.space import Group, Grouping, Origin, Space, read_space
 from electrovib.solve.prepare import prepare

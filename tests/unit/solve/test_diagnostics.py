@@ -7,7 +7,7 @@ import pytest
 
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.shown import FEWEST
+from electrovib.physics.drive.extremes import FEWEST
 from electrovib.scenario import load
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.diagnostics.peaks import REFINEMENTS, PeakRecord, crests, refined

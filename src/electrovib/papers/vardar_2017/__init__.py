@@ -18,14 +18,13 @@ much on skin and edges.
 
 from __future__ import annotations
 
-from electrovib.core.citation import Check, derived
 from electrovib.papers import published
-from electrovib.papers.vardar_2017.measured import quantities as quantities
 from electrovib.papers.vardar_2017.reproduction import reproduce as reproduce
 from electrovib.papers.vardar_2017.thresholds import FREQUENCIES as FREQUENCIES
 from electrovib.papers.vardar_2017.thresholds import crossover as crossover
 from electrovib.papers.vardar_2017.thresholds import felt_level as felt_level
 from electrovib.papers.vardar_2017.thresholds import first_order_skin as first_order_skin
+from electrovib.papers.vardar_2017.thresholds import quantities as quantities
 from electrovib.papers.vardar_2017.thresholds import sine_over_square as sine_over_square
 from electrovib.papers.vardar_2017.thresholds import weight as weight
 
@@ -34,21 +33,9 @@ CITATIONS, CITATION, STATUS, NOT_READ, DEFECTS, PRESETS = PAPER.declared
 scenarios = PAPER.scenarios
 
 
-def _ratio(name: str, time_constant: float, frequency: float, expect: float, rtol: float) -> Check:
-    return derived(
-        f"sine over square threshold, {name}, {frequency:g} Hz, in dB",
-        expect=expect,
-        rtol=rtol,
-        source="first-order high-pass, square law, weight about 250 Hz, computed apart from this code; one decimal",
-        compute=lambda: sine_over_square(first_order_skin(time_constant=time_constant), frequency=frequency),
-    )
+def ratio_of(*, time_constant: float, frequency: float) -> float:
+    """Return the ratio of the thresholds [dB] on a first-order skin, time constant in s, frequency in Hz."""
+    return sine_over_square(first_order_skin(time_constant=time_constant), frequency=frequency)
 
 
-CHECKS = (
-    _ratio("7.7 ms", 7.7e-3, 15.0, 19.5, 5e-3),
-    _ratio("7.7 ms", 7.7e-3, 60.0, 3.6, 2e-2),
-    _ratio("7.7 ms", 7.7e-3, 240.0, -4.6, 2e-2),
-    _ratio("3 ms", 3e-3, 30.0, 16.1, 5e-3),
-    _ratio("1 ms", 1e-3, 15.0, 33.1, 5e-3),
-    _ratio("1 ms", 1e-3, 120.0, 6.4, 1e-2),
-)
+CHECKS = PAPER.checks(ratio_of)

@@ -172,12 +172,23 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         citation=CITATION,
         rows=found,
         panels=shown,
-        pages=(_page(),),
+        pages=(
+            Page(
+                "What is open",
+                WORDS.texts(
+                    "open",
+                    not_read=NOT_READ,
+                    pacinian=Pacinian.reference,
+                    other=NonPacinian.reference,
+                    motion=f"{MOTION[0].upper()}{MOTION[1:]}",
+                ),
+            ),
+        ),
         tables=tables,
         equations=EQUATIONS,
         references=(Pacinian.reference, NonPacinian.reference, RYU),
         title="Vardar et al. 2017: sine and square voltage",
-        findings=_findings(found),
+        findings=WORDS.texts("findings", **{row.id: row for row in found}),
     )
 
 
@@ -267,39 +278,3 @@ def skin_table() -> Table:
         for name, skin in conducting_skins().items()
     )
     return WORDS.table("skins", lines)
-
-
-def _findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
-    """State the main results with the numbers of this run."""
-    found = {row.id: row.ours for row in rows}
-    direction, taus, weights, edges = (
-        found[name] for name in ("direction", "crossover_tau", "crossover_weight", "edges_480")
-    )
-    assert isinstance(direction, tuple)
-    assert isinstance(taus, tuple)
-    assert isinstance(weights, tuple)
-    assert isinstance(edges, tuple)
-    return (
-        "The direction follows from the circuit: at 15 and 30 Hz every skin here that conducts needs more voltage for the sine"
-        f" than for the square, by {direction[0]:.2g} to {direction[1]:.2g} dB. The abstract prints no such number.",
-        f"The frequency of equal thresholds depends on the skin: it rises from {taus[0]:.0f} to {taus[1]:.0f} Hz with time"
-        f" constants from 30 to 1 ms, but only from {weights[0]:.0f} to {weights[1]:.0f} Hz with the weight of the channels."
-        f" 60 Hz would need {found['tau_of_60']:.2g} ms, which nothing here confirms.",
-        "Above that frequency ideal edges overestimate the difference, because an ideal square voltage has a constant square:"
-        f" {edges[0]:.1f} dB at 480 Hz, and {edges[1]:.1f} dB with edges of 200 us, where the paper reports similar thresholds.",
-    )
-
-
-def _page() -> Page:
-    return Page(
-        "What is open",
-        (
-            NOT_READ,
-            "60 Hz is not imposed on the model: the frequency of equal thresholds follows the time constant of the skin on the"
-            " coating, and depends little on the weight of the channels.",
-            "Above it the square is less perceptible than the sine in the model, by more than the paper's 'similar', because an"
-            " ideal square voltage has a constant square. Edges of 200 us remove most of this difference.",
-            f"The weights: {Pacinian.reference}. {NonPacinian.reference}.",
-            f"All thresholds are relative: no threshold of displacement is calibrated. {MOTION[0].upper()}{MOTION[1:]}.",
-        ),
-    )

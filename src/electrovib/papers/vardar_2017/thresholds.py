@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Final
 
 from numpy.typing import ArrayLike
@@ -92,3 +93,13 @@ def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORC
     return felt_spectrum.crossover(
         lambda frequency: pair(skin, frequency=frequency, edge=edge), low=low, high=high, person=person
     )
+
+
+@functools.cache
+def voltage_ratio(scenario: Scenario) -> float:
+    """Compute the threshold voltage of the sine of a set-up over that of a square of the same peak and frequency."""
+    square = {"model": "Square", "high": VOLTAGE, "low": -VOLTAGE, "frequency": scenario.drive.frequency}  # type: ignore[attr-defined]
+    return 10 ** (felt_spectrum.threshold_ratio(scenario, scenario.replace({"drive": square}), ON_FORCE) / 20)
+
+
+quantities = PAPER.quantities(voltage_ratio)

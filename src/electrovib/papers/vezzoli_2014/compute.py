@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +14,26 @@ from numpy.typing import NDArray
 from electrovib.core.answer import Table
 from electrovib.core.arrays import Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
-from electrovib.papers.vezzoli_2014 import values, words
+from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.papers.vezzoli_2014.values import scenarios
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.skin import Skin, time_constant
 from electrovib.scenario import Scenario, skins
 from electrovib.solve.simulate import simulate
+from electrovib.studies.reproduction import Words
 
 if TYPE_CHECKING:
     from electrovib.physics.material import Material
     from electrovib.physics.material.tabulated import Tabulated
 
 
+_WORDS: Final = Words(
+    Path(__file__).with_name("words.toml"),
+    {name: each.value for name, each in values.PAPER.stated.values.items()},
+)
+row, panel, table = _WORDS.row, _WORDS.panel, _WORDS.table
+"""Rows, figures and tables of the report, whose words are data into which numbers are put."""
 POINT_BY_FORCE = "paper point, 15.4 ms"
 """The paper's skin if its 7.7 ms is the decay of the force."""
 LEAKY_GAPS = {
@@ -275,7 +283,7 @@ def decay_table() -> Table:
                 *(f"{low / 1e-3:.3g} to {high / 1e-3:.3g}" for low, high in ranges),
             )
         )
-    return words.table("decay_readings", lines)
+    return table("decay_readings", lines)
 
 
 @dataclass(frozen=True)
@@ -353,7 +361,7 @@ def _results(own: Tabulated | None) -> Table:
         lines.append((case.name, skin.status if skin else "", *numbers, *_shown(shapes.get(case.name))))
     if own is not None:
         lines.append(("your table", "your own", "", "", "", *_shown(shape_of(own))))
-    return words.table("by_skin", lines)
+    return table("by_skin", lines)
 
 
 def _shown(shape: Shape | None) -> tuple[str, str, str]:
@@ -366,7 +374,7 @@ def _skins(own: Tabulated | None) -> Table:
     ]
     if own is not None:
         lines.append(("your table", own.file, *_taus(own), "your own", ""))
-    return words.table("skins", lines)
+    return table("skins", lines)
 
 
 def _taus(material: Material) -> list[str]:

@@ -20,10 +20,10 @@ import numpy as np
 from electrovib.core.answer import Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.papers.kaczmarek_2006 import FAST, SLOW, skin_conductivity
-from electrovib.papers.vezzoli_2014 import values, words
+from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.compute import panel, row
 from electrovib.papers.vezzoli_2014.figures import curve
 from electrovib.papers.vezzoli_2014.values import scenarios
-from electrovib.papers.vezzoli_2014.words import panel, row
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
 from electrovib.studies.reproduction import Row
@@ -39,7 +39,8 @@ class Candidate:
     `changes` are put into the paper's scenario by dotted path; `test` is the experiment that would
     distinguish the cause from the others, `signal` where it appears, `values` what was taken, marked where it
     is a choice. `linear`: its response is linear in the drive, so that a periodic trapezoidal pulse of equal
-    halves gives equal pulses.
+    halves gives equal pulses. `pulse` and `over_hold` are the colours, by what they stand for, of its pulse and of
+    its ratio over the hold; the latter is computed where it is not None, and either is drawn where it is not empty.
     """
 
     name: str
@@ -48,6 +49,8 @@ class Candidate:
     values: str
     signal: str = "electrostatic_force"
     linear: bool = True
+    pulse: str = ""
+    over_hold: str | None = None
 
     def scenario(self, *, ramp: float = RAMP, hold: float = HOLD) -> Scenario:
         """Put the change into the paper's scenario with a ramp and a hold [s]."""
@@ -148,25 +151,6 @@ def periodic_asymmetry() -> float:
     return worst
 
 
-DRAWN: Final = {
-    "the paper's model": "paper point",
-    "dispersive skin, palmar men 2 uS": "palmar men 2 uS",
-    "sliding at 30 mm/s": "sliding",
-    "positive pulses weaker": "polarity",
-    "sensor relaxes": "sensor",
-}
-"""Candidates whose pulses are drawn, and what their colours stand for."""
-AGAINST_HOLD: Final = {
-    "the paper's model": "paper point",
-    "dispersive skin, palmar men 2 uS": "palmar men 2 uS",
-    "dispersive skin, 1963 impedance": "1963 impedance",
-    "sliding at 100 mm/s": "sliding",
-}
-"""Candidates whose ratio is drawn against the hold; the file of the curves has every linear one in the attraction."""
-LINEAR: Final = ("dispersive skin", "sliding at", "the paper's model")
-"""Beginnings of the names of the linear candidates in the attraction."""
-
-
 def table() -> Table:
     """Return ratio and decay of every candidate, and the experiment that would identify it."""
     found = outcomes()
@@ -185,7 +169,7 @@ def table() -> Table:
                 candidate.test,
             )
         )
-    return words.table("falling_edge_candidates", lines, ramp=RAMP * 1e3, hold=HOLD * 1e3)
+    return compute.table("falling_edge_candidates", lines, ramp=RAMP * 1e3, hold=HOLD * 1e3)
 
 
 def _readings(result: Outcome, base: float) -> str:
@@ -204,16 +188,17 @@ def panels() -> tuple[Panel, ...]:
 
 def _pulses() -> Panel:
     curves = []
-    for name, result in outcomes().items():
+    for candidate in candidates():
+        name, result = candidate.name, outcomes()[candidate.name]
         rising = np.max(np.abs(result.force[result.time <= RAMP + HOLD]))
         curves.append(
             curve(
                 f"{name} ({result.ratio:.2f})",
                 result.time,
                 result.force / rising,
-                DRAWN.get(name, ""),
+                candidate.pulse,
                 kind="dashed" if name == "the paper's model" else "line",
-                drawn=name in DRAWN,
+                drawn=bool(candidate.pulse),
             )
         )
     return panel("falling_edge", *curves, ramp=RAMP * 1e3, hold=HOLD * 1e3)
@@ -225,16 +210,16 @@ HOLDS: Final = (5e-3, 10e-3, 20e-3, 50e-3, 100e-3, 200e-3, 500e-3)
 def _against_hold() -> Panel:
     curves = []
     for candidate in candidates():
-        if candidate.name.startswith(LINEAR):
+        if candidate.over_hold is not None:
             ratios = np.array([outcome(candidate, hold=hold).ratio for hold in HOLDS])
             curves.append(
                 curve(
                     candidate.name,
                     np.array(HOLDS),
                     ratios,
-                    AGAINST_HOLD.get(candidate.name, ""),
+                    candidate.over_hold,
                     kind="dashed" if candidate.name == "the paper's model" else "line",
-                    drawn=candidate.name in AGAINST_HOLD,
+                    drawn=bool(candidate.over_hold),
                 )
             )
     return panel("falling_edge_hold", *curves)

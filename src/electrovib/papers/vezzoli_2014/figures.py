@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from electrovib.core.answer import REFERENCE, Curve, Panel, Shown
 from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, drawings, values
+from electrovib.papers.vezzoli_2014.compute import panel
 from electrovib.papers.vezzoli_2014.values import scenarios
-from electrovib.papers.vezzoli_2014.words import panel
 from electrovib.physics.material.tabulated import Tabulated
 from electrovib.physics.skin import time_constant
 from electrovib.solve.simulate import simulate

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.answer import REFERENCE, Curve, Panel, Table
+from electrovib.core.answer import Curve, Panel, Table
+from electrovib.papers.vezzoli_2014 import compute
+from electrovib.papers.vezzoli_2014.compute import panel, row
+from electrovib.papers.vezzoli_2014.figures import span
 from electrovib.papers.vezzoli_2014.values import FORCE_MEASURED
 from electrovib.studies.evidence.standing import LEVEL, Score, judge
 from electrovib.studies.reproduction import Row, overlap
@@ -18,19 +22,13 @@ if TYPE_CHECKING:
     from electrovib.studies.evidence import Measurement
     from electrovib.studies.evidence.predicted import ModelPrediction
 
-OWN: Final = {
-    "law_1": ("Vezzoli2014Causal", "law (1)"),
-    "gap": ("MaxwellStressInGap", "Maxwell stress in a leaky gap"),
-}
-"""Names in rows, and in words, of the two laws that every number of the paper is compared under."""
-PRINTED: Final = {"swing": (*FORCE_MEASURED, "mN"), "decay": (0.34, 0.4, "1")}
-"""What is printed, with the unit of its row; 6 ms to one digit leave 34 to 40 % after 6 ms."""
+OWN: Final = {"law_1": "Vezzoli2014Causal", "gap": "MaxwellStressInGap"}
+"""Names in rows of the two laws that every number of the paper is compared under."""
+PRINTED: Final = {"swing": FORCE_MEASURED, "decay": (0.34, 0.4)}
+"""What is printed, in SI; 6 ms to one digit leave 34 to 40 % after 6 ms."""
 SHORT: Final = {"swing": "change of the lateral force", "decay": "share of the force left after 6 ms"}
 DRAWN: Final = 5
 """Laws that a figure shows, the best ones; its file has all."""
-LEFT_OPEN: Final = (
-    f"{100 * LEVEL:.0f} % of draws of conductivity (that of published skins), gap, friction and ramp"
-)
 
 
 @functools.cache
@@ -56,19 +54,16 @@ def rows() -> tuple[Row, ...]:
     """Compare both measured numbers with the intervals of two laws over what the paper does not print."""
     found = []
     for name, measured in _measured().items():
-        low, high, unit = PRINTED[name]
-        size = 1e-3 if unit == "mN" else 1.0
-        drawn = {one.model: ends(one) for one, _ in judged()[name]}
-        bands = {one.model: score.band[:, 0] / size for one, score in judged()[name]}
-        printed = (low / size, high / size)
-        reached = [model for model, each in drawn.items() if overlap((low, high), each)]
-        for short, (model, words) in OWN.items():
-            ours = (float(bands[model][0]), float(bands[model][-1]))
-            found.append(
-                Row(f"measured_{name}_{short}", f"{SHORT[name]}, measured; {words}", printed, ours, unit,
-                    "open", f"Here, {LEFT_OPEN}, which are not printed. Of {len(drawn)} laws these reach it in some draw:"
-                    f" {', '.join(reached)}. {measured.note}", place="section 4", inputs="drawn"),
-            )  # fmt: skip
+        laws = judged()[name]
+        bands = {one.model: score.band[[0, -1], 0].tolist() for one, score in laws}
+        reached = [one.model for one, _ in laws if overlap(PRINTED[name], ends(one))]
+        words: dict[str, Any] = {
+            "level": 100 * LEVEL,
+            "count": len(laws),
+            "reached": ", ".join(reached),
+            "more": measured.note,
+        }
+        found += [row(f"measured_{name}_{short}", bands[law], **words) for short, law in OWN.items()]
     return tuple(found)
 
 
@@ -91,46 +86,17 @@ def table() -> Table:
         for name, found in judged().items()
         for one, score in found
     ]
-    return Table(
-        "What was measured, and every law",
-        ("measured", "law", "median, in SI", "90 % of the draws", "median over measured", "within 90 %"),
-        tuple(cells),
-        caption="Skin, gap, friction and ramp are drawn from ranges with a source or by choice: electrovib evidence vezzoli.",
-        id="measured_by_law",
-        on_page=False,
-        looks=dict.fromkeys(range(2, 5), "number"),
-    )
+    return replace(compute.table("measured_by_law", cells), looks=dict.fromkeys(range(2, 5), "number"))
 
 
 def panels() -> tuple[Panel, ...]:
     """Draw for each measurement the share of the draws below a value, for every law, beside the measured range."""
     laws, found = [one.model for one, _ in judged()["swing"]], []
-    for name, measured in _measured().items():
-        low, high, _ = PRINTED[name]
-        curves = [
-            Curve(
-                label="measured",
-                x=np.array([low, high]),
-                y=np.zeros(2),
-                upper=np.ones(2),
-                kind="band",
-                look=REFERENCE,
-            )
-        ]
+    for name, printed in PRINTED.items():
+        curves = [span("measured", np.array(printed), 0.0, 1.0)]
         for one, _ in judged()[name]:
             x, look = np.sort(one.values[:, 0]), laws.index(one.model)
             y = (np.arange(x.size) + 0.5) / x.size
             curves.append(Curve(label=one.model, x=x, y=y, look=look, drawn=look < DRAWN))
-        found.append(
-            Panel(
-                id=f"measured_{name}",
-                title=f"Measured, and every law: {SHORT[name]}",
-                caption="Each curve is a law over skin, gap, friction and ramp, which are not printed. A law with 95 % on one"
-                " side of the band misses.",
-                x=(SHORT[name], measured.unit),
-                y=("share of the draws below", "1"),
-                curves=tuple(curves),
-                log_x=name == "swing",
-            )
-        )
+        found.append(panel(f"measured_{name}", *curves))
     return tuple(found)

@@ -10,8 +10,8 @@ import numpy as np
 
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.compute import row
 from electrovib.papers.vezzoli_2014.values import scenarios
-from electrovib.papers.vezzoli_2014.words import row
 from electrovib.solve.simulate import simulate
 from electrovib.studies.reproduction import Row
 

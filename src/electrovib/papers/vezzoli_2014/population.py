@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import functools
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from electrovib.core.answer import Curve, Panel, Table
 from electrovib.core.arrays import Real
-from electrovib.papers.vezzoli_2014 import compute, values, words
+from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.compute import panel, row
 from electrovib.papers.vezzoli_2014.figures import curve, look, measured_range, span
 from electrovib.papers.vezzoli_2014.values import scenarios
-from electrovib.papers.vezzoli_2014.words import panel, row
 from electrovib.scenario import Scenario
 from electrovib.scenario.space import Space, read_space
 from electrovib.solve.prepare import prepare
@@ -136,24 +138,13 @@ def _conductivities(table: Mapping[str, Any], *, leaks: bool) -> dict[str, Any]:
     return {CONDUCTIVITY: skin, LEAK: {"model": "LogUniform", **ends}}
 
 
-RATE: Final = 1e3
-"""Readings per second, a choice [Hz]."""
-SET_UP: Final[dict[str, Any]] = {
-    "circuit.amplifier": {"source_current": 250e-6},
-    "rig": {
-        "model": "Tribometer",
-        "normal": {"natural_frequency": 2e3, "damping_ratio": 0.02, "time_constant": 10.0},
-        "lateral": {"natural_frequency": 500.0, "damping_ratio": 0.05},
-        "digitiser": {
-            "sampling_rate": RATE,
-            "bits": 16,
-            "normal_range": 2.0,
-            "lateral_range": 1.0,
-            "seed": 1,
-        },
-    },
-}
-"""The current limit is that of the paper, which prints no number of the sensors and the digitiser: a choice."""
+_STATED: Final[dict[str, Any]] = tomllib.loads(
+    Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
+)
+SET_UP: Final[dict[str, Any]] = _STATED["set_up"]
+"""Amplifier, sensors and digitiser."""
+RATE: Final[float] = SET_UP["rig"]["digitiser"]["sampling_rate"]
+"""Readings per second [Hz]."""
 _CASES: Final = (
     ("law (1) of the paper", "fig6", "paper point"),
     ("Maxwell stress in a leaky gap", "fig6_gap", "leaky gap"),
@@ -202,15 +193,7 @@ _FINGERS: Final = 2000
 _GROUPS: Final = "groups of moisture"
 _KINDS: Final = {"": "", ", dry fingers": "dry"}
 """Words after the name of a law to the group of fingers."""
-_SHORT: Final = {
-    SKIN: "thickness of the stratum corneum",
-    PERMITTIVITY: "permittivity of the stratum corneum",
-    GAP: "thickness of the gap",
-    FRICTION: "coefficient of friction",
-    _GROUPS: "resistivities, dry and moist",
-    CONDUCTIVITY: "resistivity of the stratum corneum",
-    LEAK: "resistivity of the gap",
-}
+_SHORT: Final[dict[str, str]] = _STATED["short"]
 
 
 def rows() -> tuple[Row, ...]:
@@ -247,7 +230,7 @@ def table() -> Table:
     ]
     lines.append(("eight subjects [mN]", *(cell for each in cases.values() for cell in (_words(each), ""))))
     heads = [f"{case}: {kind}" for case in cases for kind in ("first-order", "total")]
-    return words.table("population", lines, headings=("input", *heads))
+    return compute.table("population", lines, headings=("input", *heads))
 
 
 def _pair(each: Predicted, name: str) -> tuple[str, str]:

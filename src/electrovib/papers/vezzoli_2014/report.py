@@ -58,9 +58,7 @@ def _of_the_paper(rows: Mapping[str, Row]) -> dict[str, object]:
     longest = [f"{compute.time_constants(each)[1] * 1e3:.3g} ms at {each:g} Hz" for each in frequencies]
     return {
         "exact": max(_one(rows[f"equation_{number}"]) for number in (1, 2, 4, 5, 6)),
-        "ratio": _one(rows["capacitance_ratio"]),
         "thick_film": 100 * (_one(rows["equation_3"]) - 1),
-        "tissue": _one(rows["deeper_tissue"]),
         "drift": 100 * abs(_one(rows["suspended_force_constant"]) - 1),
         "ramp": values.RAMP * 1e3,
         "rising": len(rises),
@@ -72,7 +70,6 @@ def _of_the_paper(rows: Mapping[str, Row]) -> dict[str, object]:
         "friction": "{:g} to {:g}".format(*values.FRICTION),
         "thicknesses": " to ".join(f"{each * 1e6:g}" for each in values.THICKNESSES),
         "spread": values.FORCE_MEASURED[1] / values.FORCE_MEASURED[0],
-        "sliding": _ends(rows["moving_finger"])[0],
     }
 
 

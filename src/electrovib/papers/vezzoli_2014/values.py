@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from electrovib.core.citation import Check
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers import published
 
@@ -16,7 +13,6 @@ AREA, VOLTAGE, RAMP = _ONE("area"), _ONE("voltage"), _ONE("ramp")
 FILM_THICKNESS, FILM_PERMITTIVITY = _ONE("film_thickness"), _ONE("film_permittivity")
 COATING_THICKNESS, COATING_PERMITTIVITY = _ONE("coating_thickness"), _ONE("coating_permittivity")
 SKIN_THICKNESS, SKIN_PERMITTIVITY = _ONE("skin_thickness"), _ONE("skin_permittivity")
-PRINTED_C_I, PRINTED_C_S = _ONE("capacitance_insulator"), _ONE("capacitance_skin")
 TAU_MODEL, DECAY_MEASURED = _ONE("tau"), _ONE("decay")
 FORCE_MODEL, FORCE_MEASURED, FORCE_PAST = _ONE("force_model"), _INTERVAL("force_measured"), _ONE("force_past")
 FRICTION, THICKNESSES = _INTERVAL("friction"), _INTERVAL("thicknesses")
@@ -63,28 +59,4 @@ def skin_capacitance() -> float:
     return capacitance(permittivity=SKIN_PERMITTIVITY, thickness=SKIN_THICKNESS, area=AREA)
 
 
-def _check(
-    name: str, expect: float, rtol: float, source: str, compute: Callable[[], float], status: str
-) -> Check:
-    return Check(name, expect=expect, rtol=rtol, source=source, compute=compute, status=status)
-
-
-CHECKS = (
-    _check("C_s", PRINTED_C_S, 8e-3, "section 3.1, two digits", skin_capacitance, "full text"),
-    _check(
-        "C_i",
-        PRINTED_C_I,
-        32e-3,
-        "section 3.1, two digits, truncated",
-        insulator_capacitance,
-        "full text",
-    ),
-    _check(
-        "static force at 1000 V",
-        56.55e-3,
-        1e-4,
-        "equation (1) with the printed inputs, computed apart from this code",
-        lambda: static_force(voltage=VOLTAGE),
-        "derived",
-    ),
-)
+CHECKS = PAPER.checks(skin_capacitance, insulator_capacitance, static_force)

@@ -10,8 +10,7 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.physics.contact.rough_surface import MOST_TOUCHING
-from electrovib.physics.contact.surface import Surface
+from electrovib.physics.contact.surface import MOST_TOUCHING, Surface
 from electrovib.physics.roughness import ContactSpots, Pull, mean_pull
 
 SMALLEST = 1e-9

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from electrovib.physics.contact.rough_surface import FittedSurface, RoughSurface
+from electrovib.physics.contact.surface import FittedSurface, RoughSurface
 from electrovib.physics.half_space import Elastic, ElasticBody
 from electrovib.physics.roughness import ContactSpots, PullingSpots
 from electrovib.physics.topography import FINEST, Topography

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.model import Model
 
@@ -49,7 +48,7 @@ class Drive(Model, family=True):
                     f"{name} of {type(self).__name__} must be a voltage; for a current, put the whole drive"
                     ' into { model = "CurrentAmplifier", command = ... }'
                 )
-                raise PydanticCustomError("drive", "{why}", {"why": why})
+                raise ValueError(why)
         return self
 
     @abstractmethod

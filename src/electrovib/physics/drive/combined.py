@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
@@ -66,7 +65,7 @@ class Sum(Drive):
     @model_validator(mode="after")
     def _has_drives(self) -> Self:
         if not self.drives:
-            raise PydanticCustomError("drives", "{why}", {"why": "a sum needs at least one drive"})
+            raise ValueError("a sum needs at least one drive")
         return self
 
     def parts(self) -> tuple[Part, ...]:

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
-
-import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.levels import IN_PLACE_OF_SWING, Swing
+from electrovib.physics.drive.levels import IN_PLACE_OF_SWING
 from electrovib.physics.drive.parts import Chirped, Linear, Part, Tones
+from electrovib.physics.drive.sines import Oscillation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-class CurrentSine(Swing):
+class CurrentSine(Oscillation):
     """A sinusoidal current about an offset.
 
     Notes
@@ -39,18 +37,6 @@ class CurrentSine(Swing):
 
     amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current about the offset")]
     offset: Annotated[Number, Quantity("A", -10, 10, "constant current added, from time 0 on")] = 0.0
-    frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency of the sine")]
-    phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
-
-    def parts(self) -> tuple[Part, ...]:
-        """Return one tone and the offset [A]."""
-        amplitude = self.amplitude * np.exp(1j * (self.phase - math.pi / 2))
-        return self._with_offset((Tones(np.array([self.frequency]), np.array([amplitude])),))
-
-    @property
-    def period(self) -> float:
-        """Reciprocal of the frequency [s]."""
-        return 1 / self.frequency
 
 
 class CurrentAmplifier(Drive):

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
@@ -98,7 +97,7 @@ class Trapezium(Levels):
         length = self.delay + self.rise + self.hold + self.fall
         if self.repeat is not None and self.repeat < length * _ROUNDED:
             why = f"repeat must be at least delay + rise + hold + fall = {length:g} s"
-            raise PydanticCustomError("period", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def parts(self) -> tuple[Linear, ...]:
@@ -141,7 +140,7 @@ class Square(Levels):
     def _fits(self) -> Self:
         if self.edge * _ROUNDED > 0.5 / self.frequency:
             why = f"edge must fit in half a period, {0.5 / self.frequency:g} s"
-            raise PydanticCustomError("edge", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def parts(self) -> tuple[Linear, ...]:
@@ -175,7 +174,7 @@ class PulseTrain(Levels):
     def _fits(self) -> Self:
         if self.edge > self.width or (self.width + self.edge) * _ROUNDED > 1 / self.frequency:
             why = f"edge <= width and width + edge <= period = {1 / self.frequency:g} s are needed"
-            raise PydanticCustomError("width", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def parts(self) -> tuple[Linear, ...]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -91,7 +90,7 @@ class OneOfTwoInAntiphase(Readback):
         if self.start is not None and self.stop is not None and not self.start < self.stop:
             why = f"start = {self.start:g} s has to lie before stop = {self.stop:g} s"
         if why:
-            raise PydanticCustomError("readback", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def driving(self, time: Real, voltage: Real) -> Real:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Real
-from electrovib.core.files import UNREAD, FileColumn
+from electrovib.core.files import UNREAD
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Linear
@@ -88,9 +87,9 @@ class Sampled(Drive):
     example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 10, 0]}
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
-    time_column: Annotated[str | int, Field(description="name or number of the column")] = "time"
+    time_column: ColumnName = "time"
     time_unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
-    voltage_column: Annotated[str | int, Field(description="name or number of the column")] = "voltage"
+    voltage_column: ColumnName = "voltage"
     voltage_unit: Annotated[str, column_unit("V"), Field(description="unit of the column")] = "V"
     stamps: StampTreatment = Refuse()
     readback: Annotated[Readback, Field(description="relation of the record to the driving voltage")] = (
@@ -99,31 +98,13 @@ class Sampled(Drive):
     time_samples: Annotated[Samples, Field(description="time stamps [s], in place of a file")] = Samples([])
     voltage_samples: Annotated[Samples, Field(description="voltages [V], in place of a file")] = Samples([])
 
-    @classmethod
-    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Return the columns of time and voltage, unless the table holds the samples."""
-        if not table.get("file") or "time_samples" in table:
-            return {}
-        default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
-        if not (is_unit_of("s", default["time_unit"]) and is_unit_of("V", default["voltage_unit"])):
-            return {}
-        if not all(isinstance(default[name], str | int) for name in ("time_column", "voltage_column")):
-            return {}
-        return {
-            "time_samples": FileColumn(default["time_column"], default["time_unit"]),
-            "voltage_samples": FileColumn(default["voltage_column"], default["voltage_unit"]),
-        }
-
     @model_validator(mode="after")
     def _is_a_record(self) -> Self:
         time, voltage = self.time_samples.values, self.voltage_samples.values
-        try:
-            _check_numbers(time, voltage, self.file)
-            if np.count_nonzero(self.stamps.keep(time)) < 2:
-                raise ValueError("fewer than 2 samples are left")  # noqa: TRY301  # refused with the others below
-            _check_times(self._pieces.times)
-        except ValueError as error:
-            raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
+        _check_numbers(time, voltage, self.file)
+        if np.count_nonzero(self.stamps.keep(time)) < 2:
+            raise ValueError("fewer than 2 samples are left")
+        _check_times(self._pieces.times)
         return self
 
     @functools.cached_property
@@ -225,9 +206,8 @@ class Held(Drive):
     def _ends_before_the_next(self) -> Self:
         shortest = float(np.min(np.diff(self.samples.time_stamps)))
         if self.edge > shortest * (1 + _ROUNDED):
-            why = "the edge of {edge} s is longer than the shortest interval between samples, {shortest} s"
-            raise PydanticCustomError(
-                "edge", why, {"edge": f"{self.edge:.9g}", "shortest": f"{shortest:.9g}"}
+            raise ValueError(
+                f"the edge of {self.edge:.9g} s is longer than the shortest interval between samples, {shortest:.9g} s"
             )
         return self
 

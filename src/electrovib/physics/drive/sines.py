@@ -35,11 +35,8 @@ def _tone(amplitude: float, frequency: float, phase: float) -> tuple[Tones, ...]
     return (Tones(*found),)
 
 
-class Sine(Swing):
-    """A sine of one frequency about an offset."""
-
-    equation: ClassVar[Mapping[str, str]] = {"voltage": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
-    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 125}
+class Oscillation(Swing, family=True):
+    """A voltage or current of one frequency about an offset."""
 
     frequency: Annotated[Number, _FREQUENCY]
     phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
@@ -64,6 +61,13 @@ class Sine(Swing):
         return 1 / self.frequency
 
 
+class Sine(Oscillation):
+    """A sine of one frequency about an offset."""
+
+    equation: ClassVar[Mapping[str, str]] = {"voltage": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
+    example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 125}
+
+
 class Burst(Swing):
     """A whole number of cycles of a sine, which begins and ends at the offset."""
 
@@ -82,9 +86,7 @@ class Burst(Swing):
     @model_validator(mode="after")
     def _has_cycles(self) -> Self:
         if not 1 <= self.cycles <= 10**9:
-            raise PydanticCustomError(
-                "cycles", "{why}", {"why": "cycles must be a whole number from 1 to 1e9"}
-            )
+            raise ValueError("cycles must be a whole number from 1 to 1e9")
         return self
 
     def parts(self) -> tuple[Part, ...]:

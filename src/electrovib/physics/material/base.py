@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, field_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY
@@ -58,7 +57,7 @@ class Material(Model, family=True):
         if name is None:
             return None
         if (found := find_substance(name)) is None:
-            raise PydanticCustomError("substance", "{why}", {"why": _not_in_the_library(name)})
+            raise ValueError(_not_in_the_library(name))
         return found.name
 
     @classmethod

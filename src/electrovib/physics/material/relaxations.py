@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Complex
 from electrovib.core.model import Model
@@ -187,7 +186,7 @@ class HavriliakNegami(Material):
         product = self.broadness * self.skewness
         if product > 1:
             why = f"broadness * skewness is {product:g}: a sum of relaxations needs at most 1; reduce one of the two"
-            raise PydanticCustomError("skewness", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     @NAN_PASSES

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Complex
 from electrovib.core.constants import VACUUM_PERMITTIVITY
@@ -16,7 +15,7 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
@@ -86,7 +85,7 @@ class LossFactor(LossColumn):
 
     noun: ClassVar[str] = "loss factor"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "loss"
+    column: ColumnName = "loss"
     unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
@@ -102,7 +101,7 @@ class LossTangent(LossColumn):
 
     noun: ClassVar[str] = "loss tangent"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "loss_tangent"
+    column: ColumnName = "loss_tangent"
     unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
@@ -118,7 +117,7 @@ class Conductivity(LossColumn):
 
     noun: ClassVar[str] = "conductivity"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "conductivity"
+    column: ColumnName = "conductivity"
     unit: Annotated[str, column_unit("S/m"), Field(description="unit of the column")] = "S/m"
 
     def loss_factor(self, frequency: Real, permittivity: Real, values: Real) -> Real:
@@ -135,7 +134,7 @@ class Resistivity(LossColumn):
     noun: ClassVar[str] = "resistivity"
     needs: ClassVar[str] = "above 0"
 
-    column: Annotated[str | int, Field(description="name or number of the column")] = "resistivity"
+    column: ColumnName = "resistivity"
     unit: Annotated[str, column_unit("ohm m"), Field(description="unit of the column")] = "ohm m"
 
     def allowed(self, values: Real) -> NDArray[np.bool_]:
@@ -176,11 +175,9 @@ class Tabulated(Material):
     }
 
     file: Annotated[str, Field(description="csv, npy or nc file with the table")] = ""
-    frequency_column: Annotated[str | int, Field(description="name or number of the column")] = "frequency"
+    frequency_column: ColumnName = "frequency"
     frequency_unit: Annotated[str, column_unit("Hz"), Field(description="unit of the column")] = "Hz"
-    permittivity_column: Annotated[str | int, Field(description="name or number of the column")] = (
-        "permittivity"
-    )
+    permittivity_column: ColumnName = "permittivity"
     loss: LossColumn = LossFactor()
     conductivity: Annotated[
         Number, Quantity("S/m", 0, 1e3, "conductivity at zero frequency, at most the smallest of the table")
@@ -197,26 +194,15 @@ class Tabulated(Material):
 
     @classmethod
     def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Name the columns of frequency, permittivity and loss, unless the samples are given."""
-        if not table.get("file") or "frequency_samples" in table:
-            return {}
-        default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
+        """Add the column of the loss to those of frequency and permittivity."""
+        found = super().file_columns(table)
         try:
-            loss = LossColumn.model_validate(default["loss"])
+            loss = LossColumn.model_validate(table.get("loss", cls.model_fields["loss"].default))
         except ValidationError:
-            return {}
-        columns = (default["frequency_column"], default["permittivity_column"])
-        if not is_unit_of("Hz", default["frequency_unit"]) or not all(
-            isinstance(c, str | int) for c in columns
-        ):
             return {}
         forms = ", ".join(sorted(find_members(LossColumn)))  # type: ignore[type-abstract]
         others = f' The loss may be given in other quantities: loss = {{ model = "..." }} with {forms}.'
-        return {
-            "frequency_samples": FileColumn(default["frequency_column"], default["frequency_unit"]),
-            "permittivity_samples": FileColumn(default["permittivity_column"], "1"),
-            "loss_samples": FileColumn(loss.column, loss.unit, others),
-        }
+        return {**found, "loss_samples": FileColumn(loss.column, loss.unit, others)} if found else {}
 
     @classmethod
     def file_variants(cls, table: Mapping[str, Any]) -> tuple[Mapping[str, Any], ...]:
@@ -227,7 +213,7 @@ class Tabulated(Material):
     @model_validator(mode="after")
     def _is_passive(self) -> Self:
         for why in self._faults():
-            raise PydanticCustomError("table", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     def _faults(self) -> Iterator[str]:

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from electrovib.core.files import UNREAD, FileColumn
+from electrovib.core.files import UNREAD
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 
 if TYPE_CHECKING:
@@ -89,12 +88,13 @@ class ConstantSpeed(FingerPath):
 class RecordedPath(FingerPath):
     """A recorded path, linear between its samples."""
 
+    unit_of_columns: ClassVar[str] = "position_unit"
     example: ClassVar[Mapping[str, Any]] = {"time_samples": [0, 0.1, 0.3], "x_samples": [0, 1e-3, 9e-3]}
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
-    time_column: Annotated[str | int, Field(description="name or number of the column")] = "time"
+    time_column: ColumnName = "time"
     time_unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
-    x_column: Annotated[str | int, Field(description="name or number of the column")] = "x"
+    x_column: ColumnName = "x"
     y_column: Annotated[
         str | int | None, Field(description="name or number of the column, if there is one")
     ] = None
@@ -104,21 +104,6 @@ class RecordedPath(FingerPath):
     y_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
     across: Annotated[Number, Quantity("m", -10, 10, "place y, where the record has none")] = 0.0
 
-    @classmethod
-    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Return the columns of time and position, unless the table holds the samples."""
-        if not table.get("file") or "time_samples" in table:
-            return {}
-        default = {name: cls.model_fields[name].default for name in cls.model_fields} | dict(table)
-        if not all(isinstance(default[name], str) for name in ("time_unit", "position_unit")):
-            return {}
-        found = {"time_samples": ("time_column", "time_unit"), "x_samples": ("x_column", "position_unit")}
-        if default["y_column"] is not None:
-            found["y_samples"] = ("y_column", "position_unit")
-        if not all(isinstance(default[column], str | int) for column, _ in found.values()):
-            return {}
-        return {name: FileColumn(default[column], default[unit]) for name, (column, unit) in found.items()}
-
     @model_validator(mode="after")
     def _is_a_path(self) -> Self:
         columns = {"time": self.time_samples.values, "x": self.x_samples.values}
@@ -126,7 +111,7 @@ class RecordedPath(FingerPath):
             columns["y"] = self.y_samples.values
         why = _fault(columns, self.file)
         if why:
-            raise PydanticCustomError("samples", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     @functools.cached_property

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from electrovib.core.files import UNREAD, FileColumn
-from electrovib.core.quantity import Number, Quantity, column_unit
+from electrovib.core.files import UNREAD
+from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.texture.base import RenderingPlate, Texture, TextureAlongLine
 
@@ -39,31 +38,13 @@ class MeasuredTexture(TextureAlongLine, family=True):
     """Parameter that holds the values, without ``_samples``."""
 
     file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
-    position_column: Annotated[str | int, Field(description="name or number of the column")] = "position"
+    position_column: ColumnName = "position"
     position_unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
     position_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
 
-    @classmethod
-    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
-        """Return the columns of positions and values, unless the table holds the samples."""
-        if not table.get("file") or "position_samples" in table:
-            return {}
-        found = {}
-        for name in ("position", cls.value_field):
-            column, unit = (
-                table.get(key, cls.model_fields[key].default) for key in (f"{name}_column", f"{name}_unit")
-            )
-            if not isinstance(column, str | int) or not isinstance(unit, str):
-                return {}
-            found[f"{name}_samples"] = FileColumn(column, unit)
-        return found
-
     @model_validator(mode="after")
     def _is_a_record(self) -> Self:
-        try:
-            _check(self.position_samples.values, self._values, self.value_field, self.file)
-        except ValueError as error:
-            raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
+        _check(self.position_samples.values, self._values, self.value_field, self.file)
         return self
 
     @property
@@ -113,7 +94,7 @@ class HeightProfile(MeasuredTexture):
         "height_samples": [0, 1e-5, 0],
     }
 
-    height_column: Annotated[str | int, Field(description="name or number of the column")] = "height"
+    height_column: ColumnName = "height"
     height_unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
     height_samples: Annotated[Samples, Field(description="heights [m], in place of a file")] = Samples([])
     gain: Annotated[Number, Quantity("1", 0, 1e3, "friction force over load and slope", "a choice")] = 1.0
@@ -160,11 +141,20 @@ class FrictionRecord(MeasuredTexture, family=True):
 
     scale: Annotated[Number, _SCALE] = 1.0
 
-    def _above(self, baseline: float | None) -> tuple[Real, Real]:
-        """Return places and values above the baseline, times the scale."""
+    if TYPE_CHECKING:
+        baseline: float | None
+
+    @functools.cached_property
+    def _added(self) -> tuple[Real, Real]:
+        """Places and values above the baseline, times the scale."""
         values = self._values
-        lowest = float(np.min(values)) if baseline is None else baseline
+        lowest = float(np.min(values)) if self.baseline is None else self.baseline
         return self._faded(self.scale * (values - lowest))
+
+    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
+        """Return what is recorded above the baseline, times the scale [N]; of a coefficient times the load."""
+        del velocity, plate
+        return np.asarray(np.interp(self.along(position), *self._added))
 
 
 class RecordedFrictionForce(FrictionRecord):
@@ -188,9 +178,7 @@ class RecordedFrictionForce(FrictionRecord):
         "friction_force_samples": [0.25, 0.26, 0.25],
     }
 
-    friction_force_column: Annotated[str | int, Field(description="name or number of the column")] = (
-        "friction_force"
-    )
+    friction_force_column: ColumnName = "friction_force"
     friction_force_unit: Annotated[str, column_unit("N"), Field(description="unit of the column")] = "N"
     friction_force_samples: Annotated[Samples, Field(description="forces [N], in place of a file")] = Samples(
         []
@@ -199,15 +187,6 @@ class RecordedFrictionForce(FrictionRecord):
         Number | None,
         Quantity("N", -1e3, 1e3, "recorded force rendered as the plate's own friction; the lowest if absent"),
     ] = None
-
-    @functools.cached_property
-    def _added(self) -> tuple[Real, Real]:
-        return self._above(self.baseline)
-
-    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
-        """Return scale (F_recorded - baseline) [N]."""
-        del velocity, plate
-        return np.asarray(np.interp(self.along(position), *self._added))
 
 
 class RecordedFrictionCoefficient(FrictionRecord):
@@ -230,9 +209,7 @@ class RecordedFrictionCoefficient(FrictionRecord):
         "friction_coefficient_samples": [0.5, 0.52, 0.5],
     }
 
-    friction_coefficient_column: Annotated[str | int, Field(description="name or number of the column")] = (
-        "friction_coefficient"
-    )
+    friction_coefficient_column: ColumnName = "friction_coefficient"
     friction_coefficient_unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
     friction_coefficient_samples: Annotated[
         Samples, Field(description="coefficients [1], in place of a file")
@@ -242,14 +219,9 @@ class RecordedFrictionCoefficient(FrictionRecord):
         Quantity("1", -100, 100, "coefficient rendered as the plate's own friction; the lowest if absent"),
     ] = None
 
-    @functools.cached_property
-    def _added(self) -> tuple[Real, Real]:
-        return self._above(self.baseline)
-
     def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
         """Return scale (mu_recorded - baseline) F_n [N]."""
-        del velocity
-        return np.asarray(plate.normal_force * np.interp(self.along(position), *self._added))
+        return np.asarray(plate.normal_force * super().added_friction(position, velocity, plate))
 
 
 def _check(places: Real, values: Real, what: str, file: str) -> None:
@@ -310,7 +282,7 @@ class GreyscalePicture(Texture):
         elif not np.all((values >= 0) & (values <= WHITE)):
             why = "grey values lie between 0 and 255"
         if why:
-            raise PydanticCustomError("picture", "{why}", {"why": why})
+            raise ValueError(why)
         return self
 
     @functools.cached_property

@@ -25,8 +25,6 @@ from electrovib.scenario.space.space import Space
 from electrovib.scenario.space.writing import KEYS, SCHEMA, WITHOUT_UNIT, Origin, read_origin
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from electrovib.core.quantity import Quantity
     from electrovib.scenario.experiment import Scenario
 
@@ -85,6 +83,7 @@ class _Reading:
         self.origins: dict[str, Origin] = {}
         self.units: dict[str, str] = {}
         self.omitted: dict[str, str] = {}
+        self.optional: set[str] = set()
 
     def space(self, tables: Mapping[str, Any]) -> Space:
         """Build the space; raise every mistake at once."""
@@ -109,7 +108,25 @@ class _Reading:
             omitted=self.omitted,
         )
         check_relations(found)
-        return accepted(found, self.scenario)
+        refused = self._refused(found)
+        if not refused:
+            return found
+        again = _Reading(self.scenario, self.folder)
+        again.omitted = self.omitted | refused
+        return again.space(tables)
+
+    def _refused(self, found: Space) -> dict[str, str]:
+        """Try the medians of a space in the scenario; return the optional entries that it refuses, and why."""
+        middle = {stream: np.array([0.5]) for stream in found.streams}
+        medians = {path: float(value[0]) for path, value in found.values(middle).items()}
+        try:
+            self.scenario.replace(medians)
+        except InputError as error:
+            tried = {path: _reason(self.scenario, path, medians[path]) for path in self.optional & {*medians}}
+            if refused := {path: tried[path] for path in medians if tried.get(path)}:
+                return refused
+            raise InputError(f"with the medians of the space, {each}" for each in error.problems) from None
+        return {}
 
     def _check_parts(self, tables: Mapping[str, Any]) -> None:
         unknown: dict[str, list[str]] = {}
@@ -144,6 +161,7 @@ class _Reading:
                 origin = read_origin(f"{where}{path}", content) if isinstance(content, Mapping) else origin
             if path in self.omitted:
                 continue
+            self.optional |= {path} if origin.optional else set()
             try:
                 quantity = quantity_at(self.scenario, path)
             except InputError as error:
@@ -178,8 +196,9 @@ class _Reading:
                     found[name] = _named(f"groups.{name}", groups)
         for name in [name for name, each in found.items() if not each.paths]:
             del found[name]
-            dropped = [where for where in self.origins if where.startswith(f"groups.{name}.")]
-            self.origins = _lacking(self.origins, dropped)
+            self.origins = {
+                where: each for where, each in self.origins.items() if not where.startswith(f"groups.{name}.")
+            }
         return found
 
     def _group(self, where: str, content: Any) -> Group:
@@ -239,26 +258,6 @@ def flattened(table: Any, start: str = "") -> dict[str, Any]:
     return found
 
 
-def accepted(space: Space, scenario: Scenario) -> Space:
-    """Try the medians of a space in a scenario, and omit optional entries that the scenario refuses."""
-    middle = {stream: np.array([0.5]) for stream in space.streams}
-    medians = {path: float(value[0]) for path, value in space.values(middle).items()}
-    try:
-        scenario.replace(medians)
-    except InputError as error:
-        refused = {
-            path: why
-            for path in medians
-            if _is_optional(space, path) and (why := _reason(scenario, path, medians[path]))
-        }
-        if not refused:
-            raise InputError(
-                f"with the medians of the space, {problem}" for problem in error.problems
-            ) from None
-        return accepted(_reduced(space, refused), scenario)
-    return space
-
-
 def _reason(scenario: Scenario, path: str, value: float) -> str:
     """Return why a scenario refuses a value; empty if it takes it."""
     try:
@@ -266,48 +265,6 @@ def _reason(scenario: Scenario, path: str, value: float) -> str:
     except InputError as error:
         return error.problems[0].reason
     return ""
-
-
-def _is_optional(space: Space, path: str) -> bool:
-    return any(origin.optional for where, origin in space.origins.items() if _belongs(where, path))
-
-
-def _belongs(where: str, path: str) -> bool:
-    return where == path or (where.startswith("groups.") and where.endswith(f".{path}"))
-
-
-def _reduced(space: Space, refused: Mapping[str, str]) -> Space:
-    """Return a space without some paths; a division into groups that sets nothing else goes with them."""
-    groupings = {
-        name: Grouping(
-            groups={
-                label: Group(share=group.share, distributions=_lacking(group.distributions, refused))
-                for label, group in grouping.groups.items()
-            }
-        )
-        for name, grouping in space.groupings.items()
-        if set(grouping.paths) - set(refused)
-    }
-    gone = [
-        where
-        for where in space.origins
-        if any(_belongs(where, path) for path in refused)
-        or (where.startswith("groups.") and where.split(".")[1] not in groupings)
-    ]
-    return dataclasses.replace(
-        space,
-        distributions=_lacking(space.distributions, refused),
-        groupings=groupings,
-        correlations={pair: r for pair, r in space.correlations.items() if not set(pair) & set(refused)},
-        relations=tuple(pair for pair in space.relations if not set(pair) & set(refused)),
-        origins=_lacking(space.origins, gone),
-        units=_lacking(space.units, refused),
-        omitted={**space.omitted, **refused},
-    )
-
-
-def _lacking(mapping: Mapping[str, Any], names: Collection[str]) -> dict[str, Any]:
-    return {name: each for name, each in mapping.items() if name not in names}
 
 
 LARGEST_OUTSIDE: Final = 1e-12

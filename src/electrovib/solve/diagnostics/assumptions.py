@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.shown import FEWEST, ROUNDING, enough, fastest_frequency, shows
+from electrovib.physics.drive.extremes import FEWEST, ROUNDING, enough, fastest_frequency, shows
 from electrovib.solve.electrics.attraction import pressed_states
 from electrovib.solve.electrics.solution import STRETCH
 from electrovib.solve.mechanics.lateral import resting

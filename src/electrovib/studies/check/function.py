@@ -20,10 +20,10 @@ from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.data.recorded import Recorded
 from electrovib.data.registry import read_columns, read_recorded
-from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.sampled import Held, Sampled
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
+from electrovib.physics.safety import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
 from electrovib.scenario import Scenario, Source, TimeGrid, read_part, read_scenario
 from electrovib.solve.diagnostics import judge
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded

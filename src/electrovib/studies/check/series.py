@@ -13,7 +13,7 @@ from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics import body_current
+from electrovib.physics import safety
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.function import checked_values, declared_limits
@@ -143,7 +143,7 @@ def series_resistor(
         )
     if not math.isfinite(voltage):
         raise InputError("the largest voltage is not known; declare limits.voltage")
-    resistance = body_current.smallest_series_resistance(voltage=voltage, current=holding.value)
+    resistance = safety.smallest_series_resistance(voltage=voltage, current=holding.value)
     capacitance = plate_capacitance(found)
     present = found.circuit.source_resistance
     return SeriesResistor(
@@ -152,13 +152,13 @@ def series_resistor(
         current=holding.value,
         current_source=holding.source,
         resistance=resistance,
-        power=body_current.resistor_power(voltage=voltage, resistance=resistance),
+        power=safety.resistor_power(voltage=voltage, resistance=resistance),
         capacitance=capacitance,
-        time_constant=body_current.charging_time(resistance=resistance, capacitance=capacitance),
-        corner=body_current.corner_frequency(resistance=resistance, capacitance=capacitance),
-        stored_energy=body_current.stored_energy_behind(voltage=voltage, capacitance=capacitance),
+        time_constant=safety.charging_time(resistance=resistance, capacitance=capacitance),
+        corner=safety.corner_frequency(resistance=resistance, capacitance=capacitance),
+        stored_energy=safety.stored_energy_behind(voltage=voltage, capacitance=capacitance),
         present=present,
-        supply_voltage=body_current.largest_supply_voltage(resistance=present, current=holding.value) or None,
+        supply_voltage=safety.largest_supply_voltage(resistance=present, current=holding.value) or None,
         diagnostics=validity(found),
     )
 

@@ -10,6 +10,7 @@ from electrovib.core.model import read_model
 from electrovib.core.quantity import quantity_of
 from electrovib.physics.conduction import Conduction, FieldConduction, PolarityConduction
 from electrovib.physics.debye_sum import DebyeSum
+from electrovib.physics.finger import Moisture
 from electrovib.physics.force import needed_layer, wanted_layer
 from electrovib.physics.material import Constant, Material
 from electrovib.physics.material.library import (
@@ -20,7 +21,6 @@ from electrovib.physics.material.library import (
     materials,
     nearest_substances,
 )
-from electrovib.physics.moisture import Moisture
 from electrovib.physics.stack import IMPLIED, ORDER, Layer, beside_interface, interface_place, roles_of
 
 BAND = np.logspace(-1, 9, 101)

@@ -9,7 +9,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.units import parse_quantity
-from electrovib.physics.body_current import (
+from electrovib.physics.safety import (
     corner_frequency,
     largest_supply_voltage,
     resistor_power,
