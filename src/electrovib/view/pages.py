@@ -90,6 +90,12 @@ def filled(template: str, **content: Any) -> str:
     return _environment().get_template(template).render(**content)
 
 
+def part(template: str, name: str, /, **content: Any) -> str:
+    """Fill one macro of a template as `filled` does."""
+    macro = getattr(_environment().get_template(template).module, name)
+    return str(macro(**content))
+
+
 def check_page(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
     """Check, before the computation, that a page can be written."""
     path = output_path(path)

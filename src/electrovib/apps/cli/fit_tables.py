@@ -18,24 +18,12 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
-def fit_material(
-    *,
-    files: options.Files,
-    form: options.Text = "auto",
-    band: options.Text = None,
-    scatter: options.Texts = None,
-    systematic: Annotated[float | None, options.number("--systematic")] = None,
-    reference: options.Text = None,
-    loss: options.Text = "measured",
-    columns: options.Columns = None,
-    recipe: options.Text = None,
-    set: options.Changes = None,
-    into: options.Text = None,
-    layer: options.Text = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
-) -> None:
+@options.takes(
+    "files form band scatter systematic reference loss columns recipe set into layer output _style force",
+    form="auto",
+    loss="measured",
+)
+def fit_material(*, files: list[str], **asked: Any) -> None:
     """Fit a dispersion to the spectra of a material.
 
     Report each parameter with its statistical interval and its systematic error.
@@ -71,16 +59,15 @@ def fit_material(
     from electrovib.apps.fit_material import SpectrumErrors, SpectrumRecipe, fit_material
     from electrovib.view.files import written
 
-    entries = recipe_of(recipe, set, columns, only=OF_SAMPLE, of="the fit of a material")
-    asked = options.given(form=form, loss=loss, into=into, layer=layer, output=output, force=force)
-    shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
+    entries = recipe_of(asked, only=OF_SAMPLE, of="the fit of a material")
+    shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in asked.pop("scatter", ()))
     known: dict[str, Any] = {
         "scatter": {name: share_of(value, "--scatter") for name, value in shares.items()},
-        "systematic": systematic,
+        "systematic": asked.pop("systematic", None),
     }
-    if reference:
+    if reference := asked.pop("reference", None):
         known["reference"] = options.pair_of(reference, "--reference", "FILE=VALUE")
-    if band:
+    if band := asked.get("band"):
         low, dots, high = (part.strip() for part in band.partition(".."))
         if not dots:
             raise InputError(f"--band {band}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
@@ -88,22 +75,12 @@ def fit_material(
     errors = SpectrumErrors(**known)
     found = fit_material(files, SpectrumRecipe(**entries), errors=errors, **asked)
     show_answer(found)
-    if output:
-        say(written(output, lambda: found.document))
+    if "output" in asked:
+        say(written(asked["output"], lambda: found.document))
 
 
-def fit_power_law(
-    *,
-    files: options.Files,
-    x: options.Needed,
-    y: options.Needed,
-    session: Annotated[str | None, typer.Option("--session-column")] = None,
-    recipe: options.Text = None,
-    set: options.Changes = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
-) -> None:
+@options.takes("files x y session recipe set output _style force")
+def fit_power_law(*, session: Annotated[str | None, typer.Option("--session-column")], **asked: Any) -> None:
     """Fit a power law, such as that of force over voltage.
 
     Report the exponent with its interval, and its scatter between sessions.
@@ -129,7 +106,7 @@ def fit_power_law(
     """
     from electrovib.recordings.fit.power_law import PowerLawFit, fit_power_law, read_points
 
-    entries = recipe_of(recipe, set, None, only=READING, of="the fit of a power law")
+    entries = recipe_of(asked, only=READING, of="the fit of a power law")
     entries.pop("columns", None)
 
     omitted = 0
@@ -139,33 +116,30 @@ def fit_power_law(
         along, values, sessions, omitted = read_points(**asked, **entries)
         return fit_power_law(along, values, session=sessions)
 
-    asked = options.given(files=files, x=x, y=y, session=session, output=output, force=force)
-    answered(PowerLawFit, fitted, "fitting", asked)
+    answered(PowerLawFit, fitted, "fitting", asked | options.given(session=session))
     say(*_omitted(omitted))
 
 
+@options.takes(
+    "scenario files load capacitance roughness body free voltage measured frequency points draws seed columns recipe set output"
+    " _style _models force",
+    seed=0,
+)
 def fit_contact(
     *,
-    scenario: options.Scenario,
-    files: options.Files,
-    load: Annotated[list[str], typer.Option()],
-    capacitance: options.Text = None,
-    roughness: options.Needed,
-    body: options.Text = None,
-    free: options.Names = None,
-    voltage: options.Names = None,
-    measured: options.Names = None,
-    frequency: options.Text = None,
-    points: Annotated[int | None, options.number("--points", int)] = None,
-    draws: Annotated[int | None, options.number("--draws", int)] = None,
-    seed: Annotated[int, options.number("--seed", int)] = 0,
-    columns: options.Columns = None,
-    recipe: options.Text = None,
-    set: options.Changes = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    _models: options.Models = None,
-    force: options.Flag = False,
+    scenario: str,
+    files: list[str],
+    load: list[str],
+    capacitance: str | None,
+    roughness: str,
+    body: str | None,
+    free: options.Names,
+    voltage: list[str] | None,
+    measured: list[str] | None,
+    frequency: str | None,
+    output: str | None,
+    force: bool,
+    **asked: Any,
 ) -> None:
     """Fit a rough contact to its capacitance over the load.
 
@@ -216,7 +190,8 @@ def fit_contact(
     from electrovib.recordings.fit.contact_prediction import ContactPrediction
     from electrovib.view.files import check_answer, save_answer, written
 
-    entries = recipe_of(recipe, None, columns, only=READING, of="the fit of a contact")
+    changes = asked.pop("set", None)
+    entries = recipe_of(asked, only=READING, of="the fit of a contact")
     wanted = _wanted(voltage, measured, frequency)
     (shape, spots), bent = _roughness(roughness), _body(body)
     if spots and not voltage:
@@ -224,13 +199,13 @@ def fit_contact(
     if output is not None:
         kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
-    known = options.changed(scenario, set)
+    known = options.changed(scenario, changes)
     loads, capacitances, omitted = (
         _of_spectra(known, files, load, entries)
         if capacitance is None
         else _of_tables(files, load, capacitance, entries)
     )
-    asked = options.given(free=free, points=points, draws=draws, seed=seed)
+    asked |= options.given(free=free)
     found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
     answers: list[ContactFit | ContactPrediction] = [found]
     if voltage:
