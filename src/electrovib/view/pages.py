@@ -26,10 +26,9 @@ from electrovib.data.atomic import (
     check_writable,
     is_ours,
     left_by_a_kill,
-    make_folder,
     output_path,
     unsigned,
-    writing,
+    write_folder,
 )
 from electrovib.view.style import MOST, new_figure, style, typeset
 
@@ -372,12 +371,8 @@ def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), fo
     if folder.exists():
         _refuse_to_replace(contents, folder, inputs, force=force)
     made = not folder.exists()
-    make_folder(folder)
     try:
-        forms = {folder / name: Form.PAGE if name == _PAGE else None for name in contents}
-        with writing(forms, force=True) as temporaries:
-            for place, temporary in temporaries.items():
-                temporary.write_bytes(contents[place.name])
+        write_folder(folder, contents, dict.fromkeys(contents) | {_PAGE: Form.PAGE}, force=True)
     except BaseException:
         if made:
             with suppress(OSError):
