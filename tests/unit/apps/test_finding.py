@@ -280,9 +280,9 @@ def test_another_word_is_answered_with_the_right_one(line, sentence, refused):
 
 
 def test_every_word_that_is_merged_names_a_command_that_there_is():
-    from electrovib.apps.cli.meant import _DONE_BY
+    from electrovib.apps.cli.meant import done_by
 
-    for word, meant in _DONE_BY.items():
+    for word, meant in done_by().items():
         name, *rest = meant.split()
         assert word not in PROGRAM.commands
         flags = options(PROGRAM.commands.get(name, PROGRAM))

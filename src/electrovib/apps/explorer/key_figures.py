@@ -160,7 +160,6 @@ def drawing(shown: Computed) -> str:
 
 
 def _most(field: float | None, thickness: float) -> str:
-    """Write the largest field and voltage of a layer, where they are known."""
     if field is None:
         return ""
     strength, voltage = (
