@@ -132,11 +132,7 @@ def fit_contact(
     load: list[str],
     capacitance: str | None,
     roughness: str,
-    body: str | None,
     free: options.Names,
-    voltage: list[str] | None,
-    measured: list[str] | None,
-    frequency: str | None,
     output: str | None,
     force: bool,
     **asked: Any,
@@ -192,12 +188,12 @@ def fit_contact(
 
     changes = asked.pop("set", None)
     entries = recipe_of(asked, only=READING, of="the fit of a contact")
-    wanted = _wanted(voltage, measured, frequency)
-    (shape, spots), bent = _roughness(roughness), _body(body)
-    if spots and not voltage:
+    wanted = _wanted(*(asked.pop(name, None) for name in ("voltage", "measured", "frequency")))
+    (shape, spots), bent = _roughness(roughness), _body(asked.pop("body", None))
+    if spots and not wanted["voltage"]:
         raise InputError("spots belong to a prediction: give --voltage too", path="--roughness")
     if output is not None:
-        kind = ContactPrediction if voltage else ContactFit
+        kind = ContactPrediction if wanted["voltage"] else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
     known = options.changed(scenario, changes)
     loads, capacitances, omitted = (
@@ -208,7 +204,7 @@ def fit_contact(
     asked |= options.given(free=free)
     found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
     answers: list[ContactFit | ContactPrediction] = [found]
-    if voltage:
+    if wanted["voltage"]:
         answers.append(found.predict(**wanted, spots=spots))
     for each in answers:
         show_answer(each)
