@@ -28,6 +28,7 @@ def words_meant() -> dict[str, Any]:
 
 
 def done_by() -> dict[str, str]:
+    """Return the command that does what a word stands for, in Python and in other tools."""
     return {word: command for command, words in words_meant()["commands"].items() for word in words.split()}
 
 
