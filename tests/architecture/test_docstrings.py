@@ -5,7 +5,6 @@ Every other function has one sentence, and a formula, shape or unit where name a
 """
 
 import ast
-import importlib
 import inspect
 import re
 from typing import NamedTuple
@@ -122,9 +121,7 @@ def test_described_parameters_exist():
             actual = {argument.arg for argument in arguments(thing.node)}
             actual |= {extra.arg for extra in (thing.node.args.vararg, thing.node.args.kwarg) if extra}
             if thing.where.startswith("apps.cli."):
-                module, _, name = thing.where.rpartition(".")
-                command = getattr(importlib.import_module(f"electrovib.{module}"), name)
-                actual = {name.strip("_") for name in inspect.signature(command).parameters} & described
+                actual = {name.strip("_") for name in actual} & described
             if described != actual:
                 wrong.append(f"{thing.where}: {sorted(described)}, not {sorted(actual)}")
     assert not wrong, "\n".join(wrong)

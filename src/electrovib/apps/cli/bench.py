@@ -1,7 +1,7 @@
 """``electrovib bench run`` and ``electrovib bench init``."""
 
 import json
-from typing import Any, Final
+from typing import Annotated, Final
 
 import typer
 
@@ -14,9 +14,18 @@ _TERMINATED: Final = 143
 """Exit code after SIGTERM, as a shell reports it."""
 
 
-@options.takes("scenario bench simulate arm finger seed set output _models force", seed=0)
 def run(
-    *, scenario: str, bench: str | None, simulate: bool, arm: bool, set: list[str] | None, **asked: Any
+    *,
+    scenario: options.Scenario,
+    bench: options.Text = None,
+    simulate: options.Flag = False,
+    arm: options.Flag = False,
+    finger: options.Text = None,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+    set: options.Changes = None,
+    output: options.Output = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
 ) -> None:
     """Play the drive of a scenario as one burst and record it.
 
@@ -45,17 +54,24 @@ def run(
     if not (simulate or arm):
         say("nothing was sent: give --simulate for a simulated set-up, or --arm for the real one")
         return
-    asked |= {"bench": bench, "simulate": simulate, "arm": arm, "set": changes}
+    asked = options.given(bench=bench, simulate=simulate, arm=arm, finger=finger, seed=seed, output=output)
     try:
-        trace = run_bench(scenario, **asked, confirm=_confirm, report=lambda step: say(f"step: {step}"))
+        trace = run_bench(
+            scenario,
+            **asked,
+            set=changes,
+            force=force,
+            confirm=_confirm,
+            report=lambda step: say(f"step: {step}"),
+        )
     except (KeyboardInterrupt, BenchStopped) as stop:
         try:
             complain(str(stop) or "interrupted")
         finally:  # also where a second interrupt keeps the line from being printed
             raise Told(_TERMINATED if isinstance(stop, BenchStopped) else INTERRUPTED)
     say(*json.loads(trace.attrs["comparisons"]), trace.attrs["left"])
-    if "output" in asked:
-        say(f"written: {asked['output']}")
+    if output:
+        say(f"written: {output}")
 
 
 def init() -> None:

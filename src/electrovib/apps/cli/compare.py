@@ -1,6 +1,6 @@
 """``electrovib compare``, ``evidence`` and ``reproduce``: laws beside each other, beside measurements and beside papers."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -9,16 +9,20 @@ from electrovib.apps.cli.terminal import answered, say, show, show_answer
 from electrovib.core.errors import InputError
 
 
-@options.takes("context scenario others set models all over materials layer output _style force")
 def compare(
-    *,
     context: typer.Context,
-    scenario: Annotated[str | None, typer.Argument(autocompletion=options.scenario_names)],
-    others: list[str] | None,
-    models: list[str] | None,
-    materials: list[str] | None,
-    all: bool,
-    **asked: Any,
+    *,
+    scenario: Annotated[str | None, typer.Argument(autocompletion=options.scenario_names)] = None,
+    others: Annotated[list[str] | None, typer.Argument(hidden=True)] = None,
+    set: options.Changes = None,
+    models: options.Texts = None,
+    all: options.Details = False,
+    over: options.Texts = None,
+    materials: options.Names = None,
+    layer: options.Text = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
 ) -> None:
     """Compare force laws, or materials, on one stack.
 
@@ -42,17 +46,18 @@ def compare(
     if not scenario:
         _print_static(context)
         return
-    asked |= {"scenario": scenario, "all": all}
+    asked = options.given(layer=layer, over=over, output=output, all=all, force=force)
     if materials:
         accepted = "scenario set all materials layer output"
         options.only(context, accepted, "--materials, which compares no laws")
         named = None if materials == ["all"] else materials
-        asked |= {"scenario": options.changed(scenario, asked.pop("set", None)), "materials": named}
+        asked |= {"scenario": options.changed(scenario, set), "materials": named}
         answered(MaterialComparison, compare_materials, "comparing materials", asked)
         return
     options.only(context, "scenario set all models over output", "the comparison of force laws")
-    answered(Comparison, compare, "comparing force laws", {**asked, "models": options.read_laws(models)})
-    if not (all or "output" in asked):
+    asked |= {"scenario": scenario, "models": options.read_laws(models), "set": options.changes(set)}
+    answered(Comparison, compare, "comparing force laws", asked)
+    if not (all or output):
         say("--all explains why the laws differ, and lists where their papers contradict each other.")
 
 
@@ -67,9 +72,17 @@ def _print_static(context: typer.Context) -> None:
     show(laid_out(compare_surfaces()))
 
 
-@options.takes("measured laws _models all n seed output _style force", n=64, seed=0)
 def evidence(
-    *, measured: Annotated[list[str] | None, typer.Argument()], laws: options.Texts, **asked: Any
+    *,
+    measured: Annotated[list[str] | None, typer.Argument()] = None,
+    laws: options.Texts = None,
+    _models: options.Models = None,
+    all: options.Details = False,
+    n: Annotated[int, options.number("-n", int)] = 64,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
 ) -> None:
     """Judge every law by what was measured.
 
@@ -95,13 +108,18 @@ def evidence(
     from electrovib.studies.evidence.function import evidence
     from electrovib.studies.evidence.result import Evidence
 
-    asked |= options.given(measured=measured, laws=laws)
+    asked = options.given(measured=measured, laws=laws, n=n, seed=seed, output=output, all=all, force=force)
     with items_shown("comparing with measurements"):
         answered(Evidence, evidence, "comparing with measurements", asked)
 
 
-@options.takes("paper output skin force", paper="vezzoli_2014", output="reproduction")
-def reproduce(*, paper: str, output: str, **asked: Any) -> None:
+def reproduce(
+    *,
+    paper: Annotated[str, typer.Argument(autocompletion=options.paper_names)] = "vezzoli_2014",
+    output: Annotated[str, typer.Option("--output", "-o")] = "reproduction",
+    skin: options.Text = None,
+    force: options.Flag = False,
+) -> None:
     """Compute everything that a paper states.
 
     Write report.html, numbers.json and figures with their curves; this takes about a minute.
@@ -119,6 +137,6 @@ def reproduce(*, paper: str, output: str, **asked: Any) -> None:
     from electrovib.view.pages import reproduce
 
     with items_shown(f"reproducing {paper}"):
-        found = reproduce(paper, output, **asked)
+        found = reproduce(paper, output, skin=skin, force=force)
     show_answer(found)
     say(f"written: {output}/report.html")

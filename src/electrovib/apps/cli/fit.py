@@ -31,7 +31,7 @@ compare_with : SCENARIO
 
 import math
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -41,16 +41,38 @@ from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
+    from electrovib.apps.recorded import Recordings
     from electrovib.core.answer import Answer
 
-_ALONE = "scenario recordings free quantity noise zero gain_error zero_error keep set _models output _style all force"
-"""What every fit takes."""
-_JOINT = f"{_ALONE} varying session compare_with"
-"""What a fit of all recordings together takes."""
+Free = Annotated[
+    list[str] | None, typer.Option(callback=options.split, autocompletion=options.parameter_paths)
+]
 
 
-@options.takes(f"{_JOINT} posterior seed steps", seed=None, steps=2000)
-def fit(*, posterior: bool, seed: int | None, steps: int, all: bool, **asked: Any) -> None:
+def fit(
+    *,
+    scenario: options.Scenario,
+    recordings: options.Files,
+    free: Free = None,
+    quantity: options.Names = None,
+    noise: options.Texts = None,
+    zero: options.Names = None,
+    gain_error: options.Texts = None,
+    zero_error: options.Texts = None,
+    keep: options.Names = None,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    all: options.Details = False,
+    force: options.Flag = False,
+    varying: options.Names = None,
+    session: options.Texts = None,
+    compare_with: options.Texts = None,
+    posterior: options.Flag = False,
+    seed: Annotated[int | None, options.number("--seed", int)] = None,
+    steps: Annotated[int, options.number("-n", int)] = 2000,
+) -> None:
     """Estimate parameters of a scenario from recordings.
 
     Report each with its interval, what the data do not determine, and whether the model describes them; where it does not,
@@ -77,15 +99,40 @@ def fit(*, posterior: bool, seed: int | None, steps: int, all: bool, **asked: An
         raise InputError("--posterior: state --seed, so that the samples can be repeated")
     if seed is not None and not posterior:
         raise InputError("--seed: is that of --posterior, which is not given")
-    asked = _read(asked)
+    paths = _free(free)
+    errors = {"noise": noise, "gain_error": gain_error, "zero_error": zero_error}
+    known = _recordings(recordings, set, **errors, quantity=quantity, zero=zero, keep=keep, session=session)
+    joint = options.given(free=paths, varying=varying, compare_with=compare_with, output=output, force=force)
     with tracked("fitting") as progress:
         sampling = None if seed is None else Sampling(seed=seed, steps=steps, progress=progress)
-        found = fit(**asked | {"posterior": sampling, "progress": progress})
-    _end(found, asked.get("output"), everything=all, misfit=bool(found.best.misfit.reasons))
+        joint |= options.given(posterior=sampling, progress=progress)
+        found = fit(options.changed(scenario, set), known, **joint)
+    _end(found, output, everything=all, misfit=bool(found.best.misfit.reasons))
 
 
-@options.takes(f"{_JOINT} laws seed", seed=0)
-def fit_laws(*, laws: options.Names, all: bool, **asked: Any) -> None:
+def fit_laws(
+    *,
+    scenario: options.Scenario,
+    recordings: options.Files,
+    free: Free = None,
+    quantity: options.Names = None,
+    noise: options.Texts = None,
+    zero: options.Names = None,
+    gain_error: options.Texts = None,
+    zero_error: options.Texts = None,
+    keep: options.Names = None,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    all: options.Details = False,
+    force: options.Flag = False,
+    varying: options.Names = None,
+    session: options.Texts = None,
+    compare_with: options.Texts = None,
+    laws: options.Names = None,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+) -> None:
     """Weigh which force law made recordings.
 
     Report how probable each law is by its evidence, what speaks against it, and the parameters of the scenario.
@@ -104,14 +151,34 @@ def fit_laws(*, laws: options.Names, all: bool, **asked: Any) -> None:
     from electrovib.apps.fit import fit_laws
     from electrovib.apps.progress import tracked
 
-    asked = _read(asked) | options.given(laws=laws)
+    paths = _free(free)
+    errors = {"noise": noise, "gain_error": gain_error, "zero_error": zero_error}
+    known = _recordings(recordings, set, **errors, quantity=quantity, zero=zero, keep=keep, session=session)
+    joint = options.given(free=paths, varying=varying, compare_with=compare_with, output=output)
+    joint |= options.given(laws=laws, seed=seed, force=force)
     with tracked("fitting") as progress:
-        found = fit_laws(**asked | {"progress": progress})
-    _end(found, asked.get("output"), everything=all, misfit=bool(found.best.misfit.reasons))
+        found = fit_laws(options.changed(scenario, set), known, **joint | {"progress": progress})
+    _end(found, output, everything=all, misfit=bool(found.best.misfit.reasons))
 
 
-@options.takes(_ALONE)
-def fit_separately(*, all: bool, **asked: Any) -> None:
+def fit_separately(
+    *,
+    scenario: options.Scenario,
+    recordings: options.Files,
+    free: Free = None,
+    quantity: options.Names = None,
+    noise: options.Texts = None,
+    zero: options.Names = None,
+    gain_error: options.Texts = None,
+    zero_error: options.Texts = None,
+    keep: options.Names = None,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    all: options.Details = False,
+    force: options.Flag = False,
+) -> None:
     """Estimate parameters from each recording alone.
 
     Make one table and one figure for all, with the scatter within and between recordings.
@@ -119,10 +186,13 @@ def fit_separately(*, all: bool, **asked: Any) -> None:
     from electrovib.apps.fit import fit_separately
     from electrovib.apps.progress import tracked
 
-    asked = _read(asked)
+    paths = _free(free)
+    errors = {"noise": noise, "gain_error": gain_error, "zero_error": zero_error}
+    known = _recordings(recordings, set, **errors, quantity=quantity, zero=zero, keep=keep)
     with tracked("fitting") as progress:
-        found = fit_separately(**asked, progress=progress)
-    _end(found, asked.get("output"), everything=all, misfit=bool(found.misfits))
+        asked = options.given(free=paths, output=output, force=force, progress=progress)
+        found = fit_separately(options.changed(scenario, set), known, **asked)
+    _end(found, output, everything=all, misfit=bool(found.misfits))
 
 
 def _free(paths: list[str] | None) -> list[str]:
@@ -139,23 +209,23 @@ def _free(paths: list[str] | None) -> list[str]:
     return paths
 
 
-def _read(asked: dict[str, Any]) -> dict[str, Any]:
-    """Read what is known of the recordings; return what a fit takes."""
+def _recordings(
+    traces: list[str], changes: Sequence[str] | None, **known: Sequence[str] | None
+) -> "Recordings":
+    """Read what is known of the recordings."""
     from electrovib.apps.recorded import Recordings
     from electrovib.core.signals import SIGNALS
     from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
 
-    asked["free"] = _free(asked.get("free"))
-    found: dict[str, Any] = {name: asked.pop(name) for name in ("quantity", "zero", "keep") if name in asked}
+    found, of_recordings = options.given(**known), PRESCRIBING.values()  # what a recording may contradict
     for name, relative in {"noise": PROPORTIONAL, "gain_error": SIGNALS, "zero_error": ()}.items():
-        found[name] = _of_signals(asked.pop(name, ()), f"--{name.replace('_', '-')}", relative=relative)
-    sessions = asked.pop("session", ())
-    found["session"] = dict(options.pair_of(text, "--session", "FILE=NAME") for text in sessions)
-    changes, of_recordings = asked.pop("set", None), PRESCRIBING.values()  # what a recording may contradict
+        found[name] = _of_signals(found.get(name, ()), f"--{name.replace('_', '-')}", relative=relative)
+    found["session"] = dict(
+        options.pair_of(text, "--session", "FILE=NAME") for text in found.get("session", ())
+    )
     stated = options.changes(changes).items()
     settings = {path: value for path, value in stated if path.split(".")[0] in of_recordings}
-    asked["recordings"] = Recordings(traces=asked["recordings"], settings=settings, **found)
-    return asked | {"scenario": options.changed(asked["scenario"], changes)}
+    return Recordings(traces=traces, settings=settings, **found)
 
 
 def _end(found: "Answer", output: str | None, *, everything: bool, misfit: bool) -> None:

@@ -18,12 +18,24 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
-@options.takes(
-    "files form band scatter systematic reference loss columns recipe set into layer output _style force",
-    form="auto",
-    loss="measured",
-)
-def fit_material(*, files: list[str], **asked: Any) -> None:
+def fit_material(
+    *,
+    files: options.Files,
+    form: options.Text = "auto",
+    band: options.Text = None,
+    scatter: options.Texts = None,
+    systematic: Annotated[float | None, options.number("--systematic")] = None,
+    reference: options.Text = None,
+    loss: options.Text = "measured",
+    columns: options.Columns = None,
+    recipe: options.Text = None,
+    set: options.Changes = None,
+    into: options.Text = None,
+    layer: options.Text = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
+) -> None:
     """Fit a dispersion to the spectra of a material.
 
     Report each parameter with its statistical interval and its systematic error.
@@ -59,15 +71,16 @@ def fit_material(*, files: list[str], **asked: Any) -> None:
     from electrovib.apps.fit_material import SpectrumErrors, SpectrumRecipe, fit_material
     from electrovib.view.files import written
 
-    entries = recipe_of(asked, only=OF_SAMPLE, of="the fit of a material")
-    shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in asked.pop("scatter", ()))
+    entries = recipe_of(recipe, set, columns, only=OF_SAMPLE, of="the fit of a material")
+    asked = options.given(form=form, loss=loss, into=into, layer=layer, output=output, force=force)
+    shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
     known: dict[str, Any] = {
         "scatter": {name: share_of(value, "--scatter") for name, value in shares.items()},
-        "systematic": asked.pop("systematic", None),
+        "systematic": systematic,
     }
-    if reference := asked.pop("reference", None):
+    if reference:
         known["reference"] = options.pair_of(reference, "--reference", "FILE=VALUE")
-    if band := asked.get("band"):
+    if band:
         low, dots, high = (part.strip() for part in band.partition(".."))
         if not dots:
             raise InputError(f"--band {band}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
@@ -75,12 +88,22 @@ def fit_material(*, files: list[str], **asked: Any) -> None:
     errors = SpectrumErrors(**known)
     found = fit_material(files, SpectrumRecipe(**entries), errors=errors, **asked)
     show_answer(found)
-    if "output" in asked:
-        say(written(asked["output"], lambda: found.document))
+    if output:
+        say(written(output, lambda: found.document))
 
 
-@options.takes("files x y session recipe set output _style force")
-def fit_power_law(*, session: Annotated[str | None, typer.Option("--session-column")], **asked: Any) -> None:
+def fit_power_law(
+    *,
+    files: options.Files,
+    x: options.Needed,
+    y: options.Needed,
+    session: Annotated[str | None, typer.Option("--session-column")] = None,
+    recipe: options.Text = None,
+    set: options.Changes = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
+) -> None:
     """Fit a power law, such as that of force over voltage.
 
     Report the exponent with its interval, and its scatter between sessions.
@@ -106,7 +129,7 @@ def fit_power_law(*, session: Annotated[str | None, typer.Option("--session-colu
     """
     from electrovib.recordings.fit.power_law import PowerLawFit, fit_power_law, read_points
 
-    entries = recipe_of(asked, only=READING, of="the fit of a power law")
+    entries = recipe_of(recipe, set, None, only=READING, of="the fit of a power law")
     entries.pop("columns", None)
 
     omitted = 0
@@ -116,26 +139,33 @@ def fit_power_law(*, session: Annotated[str | None, typer.Option("--session-colu
         along, values, sessions, omitted = read_points(**asked, **entries)
         return fit_power_law(along, values, session=sessions)
 
-    answered(PowerLawFit, fitted, "fitting", asked | options.given(session=session))
+    asked = options.given(files=files, x=x, y=y, session=session, output=output, force=force)
+    answered(PowerLawFit, fitted, "fitting", asked)
     say(*_omitted(omitted))
 
 
-@options.takes(
-    "scenario files load capacitance roughness body free voltage measured frequency points draws seed columns recipe set output"
-    " _style _models force",
-    seed=0,
-)
 def fit_contact(
     *,
-    scenario: str,
-    files: list[str],
-    load: list[str],
-    capacitance: str | None,
-    roughness: str,
-    free: options.Names,
-    output: str | None,
-    force: bool,
-    **asked: Any,
+    scenario: options.Scenario,
+    files: options.Files,
+    load: Annotated[list[str], typer.Option()],
+    capacitance: options.Text = None,
+    roughness: options.Needed,
+    body: options.Text = None,
+    free: options.Names = None,
+    voltage: options.Names = None,
+    measured: options.Names = None,
+    frequency: options.Text = None,
+    points: Annotated[int | None, options.number("--points", int)] = None,
+    draws: Annotated[int | None, options.number("--draws", int)] = None,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+    columns: options.Columns = None,
+    recipe: options.Text = None,
+    set: options.Changes = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
 ) -> None:
     """Fit a rough contact to its capacitance over the load.
 
@@ -186,25 +216,24 @@ def fit_contact(
     from electrovib.recordings.fit.contact_prediction import ContactPrediction
     from electrovib.view.files import check_answer, save_answer, written
 
-    changes = asked.pop("set", None)
-    entries = recipe_of(asked, only=READING, of="the fit of a contact")
-    wanted = _wanted(*(asked.pop(name, None) for name in ("voltage", "measured", "frequency")))
-    (shape, spots), bent = _roughness(roughness), _body(asked.pop("body", None))
-    if spots and not wanted["voltage"]:
+    entries = recipe_of(recipe, None, columns, only=READING, of="the fit of a contact")
+    wanted = _wanted(voltage, measured, frequency)
+    (shape, spots), bent = _roughness(roughness), _body(body)
+    if spots and not voltage:
         raise InputError("spots belong to a prediction: give --voltage too", path="--roughness")
     if output is not None:
-        kind = ContactPrediction if wanted["voltage"] else ContactFit
+        kind = ContactPrediction if voltage else ContactFit
         check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
-    known = options.changed(scenario, changes)
+    known = options.changed(scenario, set)
     loads, capacitances, omitted = (
         _of_spectra(known, files, load, entries)
         if capacitance is None
         else _of_tables(files, load, capacitance, entries)
     )
-    asked |= options.given(free=free)
+    asked = options.given(free=free, points=points, draws=draws, seed=seed)
     found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
     answers: list[ContactFit | ContactPrediction] = [found]
-    if wanted["voltage"]:
+    if voltage:
         answers.append(found.predict(**wanted, spots=spots))
     for each in answers:
         show_answer(each)

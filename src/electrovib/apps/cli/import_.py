@@ -4,7 +4,9 @@ import functools
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
+
+import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import say, warned
@@ -36,9 +38,16 @@ _KEYS: Final = tuple(dict.fromkeys([*OF_TRACE, *OF_SAMPLE, "conductivity", *OF_C
 """Keys, named as the parameters of `electrovib.import_file`, `import_material` and `merge_traces`."""
 
 
-@options.takes("file columns set recipe kind layer output force", kind="trace")
 def import_(
-    *, file: str | None, kind: str, layer: str | None, output: str | None, force: bool, **asked: Any
+    *,
+    file: Annotated[str | None, typer.Argument()] = None,
+    columns: options.Columns = None,
+    set: options.Changes = None,
+    recipe: options.Text = None,
+    kind: Annotated[str, typer.Option("--as")] = "trace",
+    layer: options.Text = None,
+    output: options.Output = None,
+    force: options.Flag = False,
 ) -> None:
     """Import a file of an instrument as a Trace.
 
@@ -72,7 +81,7 @@ def import_(
         return say(*format_lines())
     if kind not in ("trace", "material", "measurement"):
         raise InputError(f"--as {kind}: expected trace, material or measurement")
-    recipe, read = asked.get("recipe"), functools.partial(recipe_of, asked)
+    read = functools.partial(recipe_of, recipe, set, columns)
     if kind != "trace":
         return _into_toml(kind, file, output, read, layer or "stratum_corneum", force=force)
     entries = read(only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
@@ -142,15 +151,20 @@ def _into_toml(
 
 
 def recipe_of(
-    asked: dict[str, Any], *, only: tuple[str, ...], of: str, tables: tuple[str, ...] = _OF_SIGNALS
+    recipe: str | None,
+    changes: Sequence[str] | None,
+    columns: Sequence[str] | None,
+    *,
+    only: tuple[str, ...],
+    of: str,
+    tables: tuple[str, ...] = _OF_SIGNALS,
 ) -> dict[str, Any]:
-    """Take a recipe out of what was given, and what ``--set`` and ``--column`` add to it.
+    """Read a recipe, then what ``--set`` and ``--column`` add to it.
 
     `only` are the keys of what is made, which `of` names; those of `tables` have an entry for each signal or path.
     """
     from electrovib.core.parsing import read_toml_file, truth
 
-    recipe, changes, columns = (asked.pop(name, None) for name in ("recipe", "set", "columns"))
     found: dict[str, Any] = {}
     if recipe:
         advice = "'electrovib import FILE --column SIGNAL=COLUMN -o lab.toml' writes one"

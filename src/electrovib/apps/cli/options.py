@@ -46,9 +46,8 @@ recipe : FILE.toml
 from __future__ import annotations
 
 import functools
-import inspect
-from collections.abc import Callable, Iterator, Sequence
-from typing import Annotated, Any, Final, get_args
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any
 
 import typer
 
@@ -234,88 +233,16 @@ def split(param: typer.CallbackParam, value: list[str] | None) -> list[str] | No
 
 
 Scenario = Annotated[str, typer.Argument(autocompletion=scenario_names)]
+Files = Annotated[list[str], typer.Argument()]
 Text = Annotated[str | None, typer.Option()]
 Texts = Annotated[list[str] | None, typer.Option()]
 Names = Annotated[list[str] | None, typer.Option(callback=split)]
+Needed = Annotated[str, typer.Option()]
 Flag = Annotated[bool, typer.Option()]
 Output = Annotated[str | None, typer.Option("--output", "-o")]
+Changes = Annotated[list[str] | None, typer.Option("--set")]
 Models = Annotated[list[str] | None, typer.Option("--models", callback=_use_models, is_eager=True)]
-_KINDS: Final = (
-    (Scenario, "scenario"),
-    (Annotated[str, typer.Argument()], "first record"),
-    (Annotated[str | None, typer.Argument()], "file place second"),
-    (Annotated[list[str], typer.Argument()], "files recordings traces"),
-    (Annotated[list[str] | None, typer.Argument(autocompletion=model_names)], "query"),
-    (Annotated[list[str] | None, typer.Argument(hidden=True)], "others"),
-    (Annotated[str, typer.Argument(autocompletion=paper_names)], "paper"),
-    (
-        Annotated[str, typer.Option()],
-        "edges form levels loss method path percentiles roughness target texture x y",
-    ),
-    (Annotated[list[str], typer.Option()], "load"),
-    (Annotated[str, typer.Option(autocompletion=quantity_names)], "want"),
-    (Annotated[str, typer.Option(autocompletion=space_names)], "space"),
-    (Annotated[list[str] | None, typer.Option(callback=split, autocompletion=parameter_paths)], "free"),
-    (Output, "output"),
-    (Annotated[str | None, typer.Option("--style")], "_style"),
-    (Annotated[str | None, typer.Option("--recipe")], "channels"),
-    (Annotated[str | None, typer.Option("--instrument", "--as")], "instrument"),
-    (Annotated[str, typer.Option("--as")], "kind"),
-    (Annotated[list[str] | None, typer.Option("--column")], "columns"),
-    (Models, "_models"),
-    (Annotated[int, number("-n", int)], "n steps"),
-    *((Annotated[int | None, number(f"--{name}", int)], name) for name in ("draws", "points", "port")),
-    *((Annotated[int, number(f"--{name}", int)], name) for name in ("exponentials", "seed")),
-    *(
-        (Annotated[float, number(f"--{name}")], name.replace("-", "_"))
-        for name in ("gain", "largest-error", "share")
-    ),
-    (Annotated[float | None, number("--systematic")], "systematic"),
-    (
-        Texts,
-        "compare_with gain_error limits maximise minimise models noise over scatter session set zero_error",
-    ),
-    (Names, "exceed keep materials measured quantity varying voltage zero"),
-    (Flag, "all amplifier_present antiphase arm bibtex force no_browser posterior records ring sensitivity"),
-    (Flag, "series_resistor simulate states swipes"),
-)
-"""Kinds of options and arguments, and the names of the parameters of each kind; any other is a `Text`."""
-_KIND_OF: Final[dict[str, Any]] = {name: kind for kind, names in _KINDS for name in names.split()}
-
-
-def takes(names: str, **defaults: Any) -> Callable[[Callable[..., object]], Callable[..., None]]:
-    """Declare the parameters of a command by their names, in the order of its help, and the defaults of some.
-
-    Each is of the kind of its name, unless the command declares it as an option or argument itself. The command is handed those
-    that it declares, and of the others those that were given.
-    """
-
-    def declared(command: Callable[..., object]) -> Callable[..., None]:
-        own = inspect.signature(command, eval_str=True).parameters
-
-        @functools.wraps(command)
-        def run(**typed: Any) -> None:
-            passed = {name: typed[name] for name in typed if not name.startswith("_")}
-            command(**{name: value for name, value in passed.items() if name in own or value is not None})
-
-        parameters = [_parameter(name, own.get(name), defaults) for name in names.split()]
-        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        run.__annotations__ = {each.name: each.annotation for each in parameters}
-        return run
-
-    return declared
-
-
-def _parameter(name: str, own: inspect.Parameter | None, defaults: dict[str, Any]) -> inspect.Parameter:
-    """Return a parameter as typer reads it; without a default a flag is not given, and what may be absent is."""
-    kind: Any = _KIND_OF.get(name, Text)
-    default: Any = inspect.Parameter.empty
-    if own is not None:
-        default = own.default
-        is_declared = own.annotation is typer.Context or hasattr(own.annotation, "__metadata__")
-        kind = own.annotation if is_declared else kind
-    if default is inspect.Parameter.empty:
-        of = getattr(kind, "__origin__", kind)
-        absent = {bool: False} | ({of: None} if type(None) in get_args(of) else {})
-        default = defaults.get(name, absent.get(of, default))
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+Style = Annotated[str | None, typer.Option("--style")]
+Columns = Annotated[list[str] | None, typer.Option("--column")]
+Details = Annotated[bool, typer.Option("--all")]
+Space = Annotated[str, typer.Option(autocompletion=space_names)]

@@ -27,12 +27,23 @@ if TYPE_CHECKING:
     from electrovib.studies.design import Designed
 
 Free = Annotated[str, typer.Option(autocompletion=options.parameter_paths)]
-_REST = "limits output _style edge all set _models force"
-"""What every design takes."""
+Want = Annotated[str, typer.Option(autocompletion=options.quantity_names)]
 
 
-@options.takes(f"scenario want free {_REST}")
-def find_value(*, free: Free, **asked: Any) -> None:
+def find_value(
+    *,
+    scenario: options.Scenario,
+    want: Want,
+    free: Free,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Find the value of a parameter for a wanted quantity.
 
     Exit code 1 if no value gives it within the limits.
@@ -49,11 +60,29 @@ def find_value(*, free: Free, **asked: Any) -> None:
     from electrovib.studies.design import find_value
     from electrovib.studies.design.result import DesignedParameter
 
-    _designed(DesignedParameter, find_value, "solving", asked | {"free": free})
+    asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set)
+    asked |= options.given(output=output, edge=edge, all=all, force=force)
+    _designed(DesignedParameter, find_value, "solving", asked)
 
 
-@options.takes(f"scenario want space share seed n free {_REST}", n=1000)
-def value_for_share(*, free: Free, **asked: Any) -> None:
+def value_for_share(
+    *,
+    scenario: options.Scenario,
+    want: Want,
+    space: options.Space,
+    share: Annotated[float, options.number("--share")],
+    seed: Annotated[int, options.number("--seed", int)],
+    n: Annotated[int, options.number("-n", int)] = 1000,
+    free: Free,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Find the value that suffices for a share of people.
 
     Exit code 1 if the share is not reached within the limits.
@@ -71,11 +100,27 @@ def value_for_share(*, free: Free, **asked: Any) -> None:
     """
     from electrovib.studies.design.share import DesignedForShare, value_for_share
 
-    _designed(DesignedForShare, value_for_share, "solving", asked | {"free": free})
+    asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set, space=space)
+    asked |= options.given(output=output, edge=edge, all=all, force=force, share=share, seed=seed, n=n)
+    _designed(DesignedForShare, value_for_share, "solving", asked)
 
 
-@options.takes(f"scenario target method carrier rate {_REST}")
-def drive_for_force(**asked: Any) -> None:
+def drive_for_force(
+    *,
+    scenario: options.Scenario,
+    target: options.Needed,
+    method: options.Needed,
+    carrier: options.Text = None,
+    rate: options.Text = None,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Find the drive that gives a force over time.
 
     Exit code 1 if the predicted force does not follow it to 1 % within the limits.
@@ -96,11 +141,31 @@ def drive_for_force(**asked: Any) -> None:
     """
     from electrovib.studies.design.drive import DesignedDrive, drive_for_force
 
+    asked = options.given(
+        scenario=scenario, target=target, method=method, carrier=carrier, rate=rate, limits=limits
+    )
+    asked |= options.given(set=set, output=output, edge=edge, all=all, force=force)
     _designed(DesignedDrive, drive_for_force, "solving", asked)
 
 
-@options.takes(f"scenario texture path carrier frequency rate ramp {_REST}")
-def texture_drive(**asked: Any) -> None:
+def texture_drive(
+    *,
+    scenario: options.Scenario,
+    texture: options.Needed,
+    path: options.Needed,
+    carrier: options.Text = None,
+    frequency: options.Text = None,
+    rate: options.Text = None,
+    ramp: options.Text = None,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    edge: options.Text = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Compute the drive that renders a texture under a finger.
 
     Parameters
@@ -116,11 +181,28 @@ def texture_drive(**asked: Any) -> None:
     """
     from electrovib.studies.texture.drive import TextureDrive, texture_drive
 
+    asked = options.given(
+        scenario=scenario, texture=texture, path=path, carrier=carrier, frequency=frequency, rate=rate
+    )
+    asked |= options.given(ramp=ramp, limits=limits, set=set, output=output, edge=edge, all=all, force=force)
     _designed(TextureDrive, texture_drive, "rendering and simulating", asked)
 
 
-@options.takes("scenario over materials layer maximise minimise limits output _style set _models force")
-def plan_plate(**asked: Any) -> None:
+def plan_plate(
+    *,
+    scenario: options.Scenario,
+    over: options.Texts = None,
+    materials: options.Names = None,
+    layer: options.Text = None,
+    maximise: options.Texts = None,
+    minimise: options.Texts = None,
+    limits: options.Texts = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Find the plate with the most force within limits.
 
     Parameters
@@ -135,18 +217,29 @@ def plan_plate(**asked: Any) -> None:
     """
     from electrovib.studies.design.plate import PlateDesign, plan_plate
 
+    asked = options.given(
+        scenario=scenario, over=over, materials=materials, layer=layer, limits=limits, output=output
+    )
+    asked |= options.given(maximise=maximise, minimise=minimise, set=options.changes(set), force=force)
     answered(PlateDesign, plan_plate, "evaluating candidates", asked)
 
 
-@options.takes(
-    "scenario models over space quantity noise limits n seed output _style all set force", n=64, seed=0
-)
 def plan_experiment(
     *,
+    scenario: options.Scenario,
     models: Annotated[list[str], typer.Option()],
     over: Annotated[list[str], typer.Option()],
-    quantity: options.Text,
-    **asked: Any,
+    space: options.Space,
+    quantity: options.Text = None,
+    noise: options.Texts = None,
+    limits: options.Texts = None,
+    n: Annotated[int, options.number("-n", int)] = 64,
+    seed: Annotated[int, options.number("--seed", int)] = 0,
+    output: options.Output = None,
+    _style: options.Style = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    force: options.Flag = False,
 ) -> None:
     """Find the experiment that tells force laws apart soonest.
 
@@ -169,10 +262,18 @@ def plan_experiment(
     """
     from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
 
-    asked |= options.given(models=options.read_laws(models) or [], over=over, quantity=quantity)
-    if "noise" in asked:
-        by_kind = {each.strip().endswith("%"): each.strip() for each in asked["noise"]}
+    asked = options.given(
+        scenario=scenario,
+        models=options.read_laws(models) or [],
+        over=over,
+        space=space,
+        n=n,
+    )
+    asked |= options.given(quantity=quantity, limits=limits, seed=seed, set=options.changes(set))
+    if noise:
+        by_kind = {each.strip().endswith("%"): each.strip() for each in noise}
         asked["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
+    asked |= options.given(output=output, all=all, force=force)
     answered(ExperimentPlan, plan_experiment, "comparing experiments", asked)
 
 
@@ -182,15 +283,26 @@ def _designed(
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
     from electrovib.exports.save import check_design_file, write_design
 
-    edge = edge_of(asked.pop("edge", None))
+    asked["set"], edge = options.changes(asked.get("set")), edge_of(asked.pop("edge", None))
     check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
     found = answered(kind, compute, words, asked, check=check, write=write)
     if not found.is_achieved:
         raise typer.Exit(FAILED)
 
 
-@options.takes("first second limits series_resistor output _style all set _models force")
-def check(*, first: str, second: str | None, series_resistor: bool, **asked: Any) -> None:
+def check(
+    *,
+    first: Annotated[str, typer.Argument()],
+    second: Annotated[str | None, typer.Argument()] = None,
+    limits: options.Texts = None,
+    series_resistor: options.Flag = False,
+    output: options.Output = None,
+    _style: options.Style = None,
+    all: options.Details = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Compare voltage, current and breakdown with limits.
 
     Charge, energy and breakdown of each layer, with the gap open and closed, are compared too. Exit code 0 within all limits,
@@ -216,10 +328,9 @@ def check(*, first: str, second: str | None, series_resistor: bool, **asked: Any
     from electrovib.studies.check.result import FAIL, UNKNOWN
     from electrovib.studies.check.series import series_resistor as resistor_of
 
+    changes = options.changes(set)
     drive, scenario = (first, second) if second else (None, first)
-    asked |= {"drive": drive, "scenario": scenario}
-    declared = {"limits": asked.get("limits"), "set": options.changes(asked.get("set"))}
-    resistor = resistor_of(scenario, **declared) if series_resistor else None
+    resistor = resistor_of(scenario, limits=limits, set=changes) if series_resistor else None
 
     def print_outcome(found: "CheckResult", *, everything: bool) -> None:
         """Print the outcome, after the resistor that was asked for."""
@@ -227,19 +338,31 @@ def check(*, first: str, second: str | None, series_resistor: bool, **asked: Any
             show(laid_out(resistor.document.tables[0]))
         show_answer(found, everything=everything, state=found.state)
 
+    asked = {"drive": drive, "scenario": scenario, "limits": limits, "set": changes}
+    asked |= options.given(output=output, all=all, force=force)
     codes = {FAIL: FAILED, UNKNOWN: NOT_SHOWN}
     if code := codes.get(answered(CheckResult, check, "checking", asked, print_outcome).state):
         raise typer.Exit(code)
 
 
-@options.takes(
-    "context scenario place output limits instrument rate ramp largest_error full_scale gain edge amplifier_present set _models"
-    " force",
-    largest_error=0.01,
-    gain=1.0,
-)
 def export(
-    *, context: typer.Context, scenario: str, place: str | None, edge: str | None, force: bool, **asked: Any
+    context: typer.Context,
+    *,
+    scenario: options.Scenario,
+    place: Annotated[str | None, typer.Argument()] = None,
+    output: options.Output = None,
+    limits: options.Texts = None,
+    instrument: Annotated[str | None, typer.Option("--instrument", "--as")] = None,
+    rate: options.Text = None,
+    ramp: options.Text = None,
+    largest_error: Annotated[float, options.number("--largest-error")] = 0.01,
+    full_scale: options.Text = None,
+    gain: Annotated[float, options.number("--gain")] = 1.0,
+    edge: options.Text = None,
+    amplifier_present: options.Flag = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
 ) -> None:
     """Write a netlist for ngspice, or the drive as a waveform.
 
@@ -267,12 +390,11 @@ def export(
     from electrovib.exports.waveform import export_waveform
     from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
 
-    output = asked.pop("output", None)
     if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
     path = str(place or output)
-    suffix, changes = Path(path).suffix.lower(), options.changes(asked.pop("set", None))
-    if suffix not in WAVEFORM_FORMATS and "instrument" not in asked:
+    suffix, changes = Path(path).suffix.lower(), options.changes(set)
+    if suffix not in WAVEFORM_FORMATS and not instrument:
         if suffix in WRITERS and (
             used := options.surplus(context, "scenario place output set _models force")
         ):
@@ -282,10 +404,12 @@ def export(
         say(*warned(written), f"written: {written.path}")
         say(f"run it:  ngspice -b {shlex.quote(str(written.path))}")
         return
-    asked |= edge_of(edge)
-    for name, unit in {"rate": "Hz", "ramp": "s", "full_scale": "V"}.items():
-        if name in asked:
-            asked[name] = number_in(unit, f"--{name.replace('_', '-')}", asked[name])
+    asked = options.given(instrument=instrument, limits=limits) | edge_of(edge)
+    amounts = {"rate": ("Hz", rate), "ramp": ("s", ramp), "full_scale": ("V", full_scale)}
+    for name, (unit, text) in amounts.items():
+        if text:
+            asked[name] = number_in(unit, f"--{name.replace('_', '-')}", text)
+    asked |= {"largest_error": largest_error, "gain": gain, "amplifier_present": amplifier_present}
     with tracked("sampling and checking"):
         found = export_waveform(scenario, path, set=changes, force=force, **asked)
     show_answer(found)

@@ -23,19 +23,22 @@ _FELT: Final = 30.0
 FORCES = ("electrostatic_force", "lateral_force")
 
 
-@options.takes(
-    "context scenario set over quantity records states voltage output _style report all _models force",
-    scenario="vezzoli_2014/fig6",
-)
 def run(
-    *,
     context: typer.Context,
-    scenario: str,
-    quantity: options.Texts,
-    states: bool,
-    voltage: options.Text,
-    all: bool,
-    **asked: Any,
+    *,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    set: options.Changes = None,
+    over: options.Texts = None,
+    quantity: options.Texts = None,
+    records: options.Flag = False,
+    states: options.Flag = False,
+    voltage: options.Text = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    report: options.Text = None,
+    all: options.Details = False,
+    _models: options.Models = None,
+    force: options.Flag = False,
 ) -> None:
     """Simulate a scenario once, or over values of a parameter.
 
@@ -60,18 +63,19 @@ def run(
 
     if states:
         options.only(context, "scenario set states voltage", "--states")
-        return _print_states(scenario, options.changes(asked.get("set")), voltage)
+        return _print_states(scenario, options.changes(set), voltage)
     if _is_measured(scenario):
         of = "a measured Trace, of which only what is felt is computed"
         options.only(context, "scenario set all", of)
-        return _print_felt(scenario, options.changes(asked.get("set")), everything=all)
+        return _print_felt(scenario, options.changes(set), everything=all)
     accepted = "scenario set over quantity records output report all"
     options.only(context, accepted, "a run without --states")
-    trace = run(scenario, **asked, **options.given(quantity=quantity))
+    asked: dict[str, Any] = {"over": over or (), "quantity": quantity or (), "records": records}
+    trace = run(scenario, set=set or (), **asked, output=output, report=report, force=force)
     found = scenario_of(trace)
     felt = [] if "over" in trace.attrs else felt_lines(found, everything=all)
     sources = chosen(found, scenario, without=trace.dims)
-    return say(*summary(trace, asked.get("output"), asked.get("report"), felt=felt, sources=sources))
+    return say(*summary(trace, output, report, felt=felt, sources=sources))
 
 
 def _is_measured(source: str) -> bool:

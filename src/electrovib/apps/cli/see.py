@@ -5,7 +5,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
@@ -15,8 +17,14 @@ if TYPE_CHECKING:
     import xarray
 
 
-@options.takes("scenario port no_browser set _models", scenario="vezzoli_2014/fig6")
-def explore(*, scenario: str, port: int | None, no_browser: bool, set: list[str] | None) -> None:
+def explore(
+    *,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    port: Annotated[int | None, options.number("--port", int)] = None,
+    no_browser: options.Flag = False,
+    set: options.Changes = None,
+    _models: options.Models = None,
+) -> None:
     """Open a page in the browser: sliders, curves and limits.
 
     Change parameters and see their effect at once.
@@ -47,8 +55,17 @@ def explore(*, scenario: str, port: int | None, no_browser: bool, set: list[str]
     say("The page is closed.")
 
 
-@options.takes("traces output _style columns set recipe _models force", output="report.html")
-def report(*, traces: list[str], output: str, force: bool, **recipe: Any) -> None:
+def report(
+    *,
+    traces: options.Files,
+    output: Annotated[str, typer.Option("--output", "-o")] = "report.html",
+    _style: options.Style = None,
+    columns: options.Columns = None,
+    set: options.Changes = None,
+    recipe: options.Text = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
+) -> None:
     """Write one report of several Traces, overlaid.
 
     With --column other files are imported as measurements.
@@ -64,7 +81,7 @@ def report(*, traces: list[str], output: str, force: bool, **recipe: Any) -> Non
     from electrovib.view.files import written
     from electrovib.view.report import reported
 
-    found = _imported(traces, recipe_of(recipe, only=OF_TRACE, of="a Trace"))
+    found = _imported(traces, recipe_of(recipe, set, columns, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
         shown, document = reported(found or traces, output, force=force)
     say(*_answers(shown, output), *_without_parameters(traces), written(output, lambda: document))
@@ -132,8 +149,12 @@ def _without_parameters(traces: list[str]) -> list[str]:
     return lines
 
 
-@options.takes("query all bibtex")
-def list_(*, query: list[str] | None, all: bool, bibtex: bool) -> None:
+def list_(
+    *,
+    query: Annotated[list[str] | None, typer.Argument(autocompletion=options.model_names)] = None,
+    all: options.Details = False,
+    bibtex: options.Flag = False,
+) -> None:
     """List or search models, materials, papers and scenarios.
 
     Without a word an overview; with the name of one entry everything about it; else what the words find.
@@ -186,8 +207,13 @@ def _bibtex(name: str) -> str:
     return "\n\n".join(catalogue.bibtex(papers()[key], key) for key in wanted)
 
 
-@options.takes("scenario set output force", scenario="vezzoli_2014/fig6")
-def init(*, scenario: str, set: list[str] | None, output: str | None, force: bool) -> None:
+def init(
+    *,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    set: options.Changes = None,
+    output: options.Output = None,
+    force: options.Flag = False,
+) -> None:
     """Write a scenario as a commented TOML file to start from.
 
     Parameters

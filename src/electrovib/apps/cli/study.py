@@ -11,22 +11,26 @@ from electrovib.apps.exit_codes import INTERRUPTED
 from electrovib.core.errors import InputError, gathered, refuse
 
 
-@options.takes(
-    "context scenario n seed space quantity sensitivity percentiles exceed records budget_memory workers output _style report set"
-    " _models force",
-    percentiles="5,50,95",
-    budget_memory="1 GB",
-)
 def study(
-    *,
     context: typer.Context,
-    scenario: str,
-    space: Annotated[str | None, typer.Option(autocompletion=options.space_names)],
-    sensitivity: bool,
-    percentiles: str,
-    workers: str | None,
-    output: Annotated[list[str] | None, typer.Option("--output", "-o")],
-    **asked: Any,
+    *,
+    scenario: options.Scenario,
+    n: Annotated[int, options.number("-n", int)],
+    seed: Annotated[int, options.number("--seed", int)],
+    space: Annotated[str | None, typer.Option(autocompletion=options.space_names)] = None,
+    quantity: Annotated[list[str] | None, typer.Option(callback=options.split)] = None,
+    sensitivity: options.Flag = False,
+    percentiles: options.Text = "5,50,95",
+    exceed: options.Names = None,
+    records: options.Flag = False,
+    budget_memory: options.Text = "1 GB",
+    workers: options.Text = None,
+    output: Annotated[list[str] | None, typer.Option("--output", "-o")] = None,
+    _style: options.Style = None,
+    report: options.Text = None,
+    set: options.Changes = None,
+    _models: options.Models = None,
+    force: options.Flag = False,
 ) -> None:
     """Compute bands of a force over a population of fingers.
 
@@ -61,18 +65,20 @@ def study(
 
     if space is None:
         raise InputError("not given; for instance --space fingers", path="--space")
-    asked |= {"scenario": options.changed(scenario, asked.pop("set", None)), "space": space}
+    asked = {"scenario": options.changed(scenario, set), "space": space, "n": n, "seed": seed, "force": force}
     outputs = output or []
     if sensitivity:
         options.only(context, "scenario n seed space quantity sensitivity output set", "--sensitivity")
-        taken = {name: asked[name] for name in ("scenario", "space", "n", "seed", "force")}
-        _print_sensitivity(taken, asked.get("quantity", []), outputs)
+        _print_sensitivity(asked, quantity or [], outputs)
         return
     bands = [name for name in outputs if Path(name).suffix.lower() in {".csv", *SUFFIXES}]
     stores = [name for name in outputs if name not in bands]
     if len(stores) != 1:
         raise InputError("name one folder DIR.zarr; further outputs are files of the bands", path="--output")
-    asked |= {"percentiles": options.names_of(percentiles), **_processes(workers)}
+    asked |= options.given(
+        quantity=quantity, percentiles=options.names_of(percentiles), exceed=exceed, records=records
+    )
+    asked |= options.given(budget_memory=budget_memory, report=report) | _processes(workers)
     _print_bands(asked, stores[0], bands)
 
 

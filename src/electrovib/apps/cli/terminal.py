@@ -168,11 +168,9 @@ def answered(
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.core.tables import read_changes
     from electrovib.view.files import check_answer
 
     output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
-    given |= {"set": read_changes(given["set"])} if "set" in given else {}
     check, write, force = check or check_answer, write or _saved, bool(force)
     if output:
         check(kind, output, force=force)

@@ -1,7 +1,7 @@
 """``electrovib times``: times of edges, or friction of swipes, in a record and without a model of the experiment."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,22 +13,26 @@ if TYPE_CHECKING:
     from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
 
 
-@options.takes(
-    "context record quantity levels by antiphase sensor edges exponentials window before ring swipes channels speed output _style"
-    " force",
-    levels="10:90",
-    edges="both",
-    exponentials=3,
-)
 def times(
-    *,
     context: typer.Context,
-    record: str,
-    quantity: options.Text,
-    swipes: bool,
-    channels: str | None,
-    speed: str | None,
-    **asked: Any,
+    *,
+    record: Annotated[str, typer.Argument()],
+    quantity: options.Text = None,
+    levels: Annotated[str, typer.Option()] = "10:90",
+    by: options.Text = None,
+    antiphase: options.Flag = False,
+    sensor: options.Text = None,
+    edges: Annotated[str, typer.Option()] = "both",
+    exponentials: Annotated[int, options.number("--exponentials", int)] = 3,
+    window: options.Text = None,
+    before: options.Text = None,
+    ring: options.Flag = False,
+    swipes: options.Flag = False,
+    channels: Annotated[str | None, typer.Option("--recipe")] = None,
+    speed: options.Text = None,
+    output: options.Output = None,
+    _style: options.Style = None,
+    force: options.Flag = False,
 ) -> None:
     """Measure rise and fall times, or swipes, in a record.
 
@@ -69,19 +73,23 @@ def times(
     from electrovib.recordings.swipe import Swipes, reduce_swipes
     from electrovib.recordings.transitions import MeasuredTimes
 
+    asked = options.given(output=output, force=force)
     if swipes or channels:
         options.only(context, "record swipes channels speed output", "--swipes")
-        taken = options.given(
-            output=asked.get("output"), force=asked["force"], channels=channels, speed=speed
-        )
-        answered(Swipes, reduce_swipes, "finding swipes", {"recording": record, **taken})
+        asked |= options.given(recording=record, channels=channels, speed=speed)
+        answered(Swipes, reduce_swipes, "finding swipes", asked)
         return
     options.only(
         context,
         "record quantity levels by antiphase sensor edges exponentials window before ring output",
         "times, but to --swipes",
     )
-    asked |= options.given(record=record, quantity=quantity)
+    asked |= options.given(
+        record=record, quantity=quantity, levels=levels, by=by, antiphase=antiphase, ring=ring
+    )
+    asked |= options.given(
+        sensor=sensor, edges=edges, exponentials=exponentials, window=window, before=before
+    )
     answered(MeasuredTimes, _times, "measuring times", asked)
 
 
