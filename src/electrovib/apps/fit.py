@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from electrovib.apps.recorded import FailedRecording, Recordings, as_recordings
-from electrovib.core.errors import ElectrovibError, InputError, gathered
+from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import quantity_at
 from electrovib.recordings.fit.measured import MeasuredTrace
@@ -84,13 +84,11 @@ def fit(
     if posterior is not None:
         require_emcee()
     more = {} if posterior is None else CHAINS
-    asked = _read(
-        scenario, recordings, free, varying, compare_with, progress, output=output, more=more, force=force
-    )
+    asked = _Asked(free=free, varying=varying, progress=progress)
+    asked.read(scenario, recordings, compare_with, output=output, more=more, force=force)
     named = asked.fits()
     comparison = compare_fits(named) if len(named) > 1 else None
-    best = named[asked.name]
-    sampled = None if posterior is None else sample_posterior(best, posterior)
+    sampled = None if posterior is None else sample_posterior(next(iter(named.values())), posterior)
     return _saved(named, comparison, sampled, output, force=force)
 
 
@@ -131,39 +129,66 @@ def fit_laws(
     ElectrovibError
         For mistakes, all at once as far as possible; nothing has been written then.
     """
-    asked = _read(
-        scenario, recordings, free, varying, compare_with, progress, output=output, force=force, laws=laws
-    )  # fmt: skip
+    asked = _Asked(free=free, varying=varying, progress=progress)
+    asked.read(scenario, recordings, compare_with, output=output, force=force, laws=laws)
     named = asked.fits()
-    cases = asked.cases
-    by_law = {each: cases[each].law if each in cases else each for each in named}
-    comparison = weigh(named, by_law, asked.scenario, seed=seed, refused=asked.refused)
+    by_law = {each: asked.cases[each].law if each in asked.cases else each for each in named}
+    comparison = weigh(named, by_law, next(iter(asked.models.values())), seed=seed, refused=asked.refused)
     return _saved(named, comparison, None, output, force=force)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class _Asked:
-    """What is fitted: a scenario, other models, the cases of force laws, and the recordings.
+    """What is fitted to which recordings: models by name, the scenario first, and the cases of force laws.
 
-    A model beside the first has those of the free parameters that it has. The first is the scenario, by its `name`; `refused`
-    says why a case cannot be fitted.
+    A model beside the first has those of the free parameters that it has; `refused` says why a case cannot be fitted.
     """
 
-    name: str
-    scenario: Scenario
-    others: Mapping[str, Scenario]
-    cases: Mapping[str, LawCase]
-    refused: dict[str, str]
-    measured: Sequence[MeasuredTrace]
-    known: Recordings
     free: Sequence[str]
     varying: Sequence[str]
     progress: Callable[[int, float], bool | None] | None
+    known: Recordings = field(init=False)
+    measured: Sequence[MeasuredTrace] = field(init=False)
+    models: dict[str, Scenario] = field(default_factory=dict)
+    cases: dict[str, LawCase] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+
+    def read(
+        self,
+        scenario: Source,
+        recordings: Recordings | Sequence[Recorded] | Recorded,
+        compare_with: Sequence[Source],
+        *,
+        output: str | Path | None,
+        force: bool,
+        more: Mapping[str, str | None] | None = None,
+        laws: Sequence[str] | None = None,
+    ) -> None:
+        """Read scenarios and recordings, and check the output; all mistakes are reported at once."""
+        self.known, problems = as_recordings(recordings), list[str]()
+        with inputs_noted() as inputs:
+            with gathered(problems):
+                base = read_scenario(scenario)
+                self.cases, self.refused = cases_of(base, laws)
+                self.models[next(iter(self.cases), _named(scenario, 1))] = base
+            for number, other in enumerate(compare_with, start=2):
+                with gathered(problems):
+                    self.models[_named(other, number)] = read_scenario(other)
+            opened = self.known.opened
+        problems += [why for each in opened if isinstance(each, FailedRecording) for why in each.problems]
+        with gathered(problems):
+            measured = [each for each in opened if isinstance(each, MeasuredTrace)]
+            self.measured = self.known.described(measured, varying=bool(self.varying))
+        with gathered(problems):
+            if output is not None:
+                check_answer(FitResult, output, more=more or {}, inputs=inputs, force=force)
+        refuse(problems)
 
     def fits(self) -> dict[str, ScenarioFit]:
         """Fit the scenario, the other models, and all cases but the first, which is the scenario."""
-        found = {self.name: self._fitted(self.scenario, self.free)}
-        for other, each in self.others.items():
+        (name, scenario), *others = self.models.items()
+        found = {name: self._fitted(scenario, self.free)}
+        for other, each in others:
             found[other] = self._fitted(each, _paths_of(each, self.free, f"compare_with = {other}"))
         for name, case in [*self.cases.items()][1:]:
             own = [path for path in self.free if path not in case.zero]
@@ -183,48 +208,6 @@ class _Asked:
             scenario, self.measured, free=free, varying=varying, signals=self.known.quantity,
             keep=self.known.keep, progress=self.progress,
         )  # fmt: skip
-
-
-def _read(
-    scenario: Source,
-    recordings: Recordings | Sequence[Recorded] | Recorded,
-    free: Sequence[str],
-    varying: Sequence[str],
-    compare_with: Sequence[Source],
-    progress: Callable[[int, float], bool | None] | None,
-    *,
-    output: str | Path | None,
-    force: bool,
-    more: Mapping[str, str | None] | None = None,
-    laws: Sequence[str] | None = None,
-) -> _Asked:
-    """Read scenarios and recordings, and check the output; all mistakes are reported at once."""
-    known, problems = as_recordings(recordings), list[str]()
-    base: Scenario | None = None
-    cases: dict[str, LawCase] = {}
-    refused: dict[str, str] = {}
-    others: dict[str, Scenario] = {}
-    with inputs_noted() as inputs:
-        with gathered(problems):
-            base = read_scenario(scenario)
-            cases, refused = cases_of(base, laws)
-        for other in compare_with:
-            with gathered(problems):
-                others[_named(other, len(others) + 2)] = read_scenario(other)
-        opened = known.opened
-    problems += [why for each in opened if isinstance(each, FailedRecording) for why in each.problems]
-    measured = [each for each in opened if isinstance(each, MeasuredTrace)]
-    with gathered(problems):
-        measured = known.described(measured, varying=bool(varying))
-    with gathered(problems):
-        if output is not None:
-            check_answer(FitResult, output, more=more or {}, inputs=inputs, force=force)
-    if problems or base is None:
-        raise InputError(problems)
-    return _Asked(
-        name=next(iter(cases), _named(scenario, 1)), scenario=base, others=others, cases=cases, refused=refused,
-        measured=measured, known=known, free=free, varying=varying, progress=progress,
-    )  # fmt: skip
 
 
 def _saved(

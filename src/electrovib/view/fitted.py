@@ -99,38 +99,28 @@ class FitResult(Answer):
     @property
     def document(self) -> Document:
         """What the data determine, data with model, residuals, and every table."""
-        found, rows, posterior, comparison = self.best, self.rows, self.posterior, self.comparison
+        found, rows, comparison = self.best, self.rows, self.comparison
         fitted = [each.path for each in found.unknowns]
-        sampled = [] if posterior is None else [posterior_table(posterior, rows)]
-        compared = [] if comparison is None else _compared(comparison)
-        others = [_correlations(found), _residuals(found.residuals)]
-        cited = [
-            *dict(references({"": found.scenario})),
-            *REFERENCES,
-            *([EMCEE] if posterior is not None else []),
-        ]
-        is_weighed = comparison is not None and comparison.is_weighed
+        numbers, figures, tables = list[Table](), fit_panels(found.residuals), [_estimates(rows)]
+        cited = [*dict(references({"": found.scenario})), *REFERENCES]
+        if self.posterior is not None:
+            numbers.append(posterior_table(self.posterior, rows))
+            cited.append(EMCEE)
+        if comparison is not None and comparison.is_weighed:
+            figures += model_panels(comparison, self.others, found)
+            tables = [*_compared(comparison), *tables]
+            cited.append(DYNESTY)
+        elif comparison is not None:
+            tables += _compared(comparison)
         return Document(
             title=f"Fit: {found.scenario.titled(without=fitted) or 'a scenario'}",
             sentences=fit_sentences(found, rows, comparison=comparison),
-            numbers=sampled,
+            numbers=numbers,
             brief=True,
             diagnostics=found.diagnostics,
-            figures=[
-                *fit_panels(found.residuals),
-                *(
-                    model_panels(comparison, self.others, found)
-                    if comparison and comparison.is_weighed
-                    else []
-                ),
-            ],
-            tables=[
-                *(compared if is_weighed else []),
-                _estimates(rows),
-                *([] if is_weighed else compared),
-                *others,
-            ],
-            references=[*cited, *([DYNESTY] if is_weighed else [])],
+            figures=figures,
+            tables=[*tables, _correlations(found), _residuals(found.residuals)],
+            references=cited,
         )
 
     def content(self, name: str) -> str | bytes:

@@ -26,10 +26,9 @@ from electrovib.data.atomic import (
     check_writable,
     is_ours,
     left_by_a_kill,
-    make_folder,
     output_path,
     unsigned,
-    writing,
+    write_folder,
 )
 from electrovib.view.style import MOST, new_figure, style, typeset
 
@@ -88,6 +87,12 @@ def inline(svg: str, *, name: str, words: str) -> str:
 def filled(template: str, **content: Any) -> str:
     """Fill a template; its texts are escaped, figures from `markup` are not."""
     return _environment().get_template(template).render(**content)
+
+
+def part(template: str, name: str, /, **content: Any) -> str:
+    """Fill one macro of a template as `filled` does."""
+    macro = getattr(_environment().get_template(template).module, name)
+    return str(macro(**content))
 
 
 def check_page(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
@@ -366,12 +371,8 @@ def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), fo
     if folder.exists():
         _refuse_to_replace(contents, folder, inputs, force=force)
     made = not folder.exists()
-    make_folder(folder)
     try:
-        forms = {folder / name: Form.PAGE if name == _PAGE else None for name in contents}
-        with writing(forms, force=True) as temporaries:
-            for place, temporary in temporaries.items():
-                temporary.write_bytes(contents[place.name])
+        write_folder(folder, contents, dict.fromkeys(contents) | {_PAGE: Form.PAGE}, force=True)
     except BaseException:
         if made:
             with suppress(OSError):

@@ -11,11 +11,13 @@ What holds for every figure, in report, page, notebook and file; `tests/contract
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import sys
 import textwrap
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.units import KINDS, PREFIXES, SHOWN_PREFIXES, format_quantity
@@ -185,53 +187,23 @@ AMOUNTS: Final = "cividis"
 SIZE: Final = (5.6, 3.6)
 """Width and height of a single plot [inch]."""
 
-_RULES: Final[dict[str, Any]] = {
-    "font.size": 9.0,
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "mathtext.fontset": "dejavusans",
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.labelsize": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": "#666666",
-    "axes.linewidth": 0.7,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e2e2e2",
-    "grid.linewidth": 0.6,
-    "xtick.color": "#666666",
-    "ytick.color": "#666666",
-    "xtick.labelcolor": "#222222",
-    "ytick.labelcolor": "#222222",
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "legend.frameon": False,
-    "legend.fontsize": 8.0,
-    "legend.title_fontsize": 8.0,
-    "lines.linewidth": 1.4,
-    "lines.solid_capstyle": "butt",
-    "figure.constrained_layout.use": True,
-    "figure.constrained_layout.wspace": 0.04,
-    "figure.constrained_layout.hspace": 0.07,
-    "figure.dpi": 100.0,
-    "savefig.dpi": 150.0,
-    "path.simplify": True,
-    "pdf.fonttype": 42,  # TrueType, which journals take
-    "svg.fonttype": "path",
-    "svg.hashsalt": "electrovib",
-}
+
+@functools.cache
+def _rules() -> Any:
+    """Read the settings of matplotlib."""
+    import matplotlib as mpl
+    from matplotlib.rcsetup import cycler
+
+    found = mpl.rc_params_from_file(Path(__file__).parent / "figures.mplstyle", use_default_template=False)
+    return {**found, "axes.prop_cycle": cycler(color=list(COLOURS))}
 
 
 @contextmanager
 def style() -> Iterator[None]:
     """Apply the style inside a ``with`` block; matplotlib's own settings are restored after it."""
     import matplotlib as mpl
-    from matplotlib.rcsetup import cycler
 
-    rules: Any = {**_RULES, "axes.prop_cycle": cycler(color=list(COLOURS))}
-    with mpl.rc_context(rules):
+    with mpl.rc_context(_rules()):
         yield
 
 

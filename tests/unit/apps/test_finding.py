@@ -255,9 +255,9 @@ def test_a_fit_has_the_names_of_its_function_and_of_what_this_is_given(name):
 
 
 def test_every_word_that_is_merged_names_a_command_that_there_is():
-    from electrovib.apps.cli.meant import _DONE_BY
+    from electrovib.apps.cli.meant import done_by
 
-    for word, meant in _DONE_BY.items():
+    for word, meant in done_by().items():
         name, *rest = meant.split()
         assert word not in PROGRAM.commands
         flags = options(PROGRAM.commands.get(name, PROGRAM))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -10,73 +11,25 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError, nearest, suggestion
 from electrovib.core.files import kind_of
+from electrovib.core.parsing import read_toml
 
 if TYPE_CHECKING:
     from typer.core import TyperCommand, TyperGroup
 
-_COMMANDS: Final = {
-    "bench run": "plan-bench run-bench play record measure",
-    "check": "series-resistor validate verify limits safety",
-    "compare": "laws",
-    "compare SCENARIO --materials A,B": "compare-materials materials",
-    "drive-for-force": "target",
-    "evidence": "measurements judge",
-    "explore": "gui ui web serve server app page browser",
-    "export": "export-waveform spice waveform",
-    "fit": "estimate calibrate identify",
-    "find-value": "design solve-for inverse",
-    "import": "import-file import-material merge-traces read open convert",
-    "init": "load scenario-of new create template scenario",
-    "list": "models show info describe search find papers version-of",
-    "list scenarios": "scenarios presets examples",
-    "list spaces": "spaces populations",
-    "report": "open-trace open-study plot view draw figure",
-    "plan-plate": "design-plate plate optimise optimize",
-    "reproduce": "paper validate-paper",
-    "run": "simulate perceive felt solve start",
-    "run --over PATH=FROM:TO:N": "sweep scan",
-    "run --states": "equilibrium hysteresis",
-    "run -o FILE": "save write",
-    "study": "population monte-carlo prepare",
-    "study --sensitivity": "sensitivity sobol",
-    "times": "measure-times rise-time",
-    "times --ring": "measure-ring measure-rings",
-    "texture-drive": "texture texture-stream render",
-    "times --swipes": "swipe reduce-swipe reduce-swipes",
-    "value-for-share": "share",
-    "--version": "version versions",
-}
-"""Command, and the words for what it does in Python and in other tools."""
-_DONE_BY: Final = {word: command for command, words in _COMMANDS.items() for word in words.split()}
-_IN_PYTHON: Final = {
-    "changes": "--set", "path": "--output", "start": "--set",
-    "laws": "--models", "quantities": "--quantity", "signal": "--quantity", "signals": "--quantity", "draws": "--records",
-}  # fmt: skip
-"""Name of an argument in Python, where the command has no parameter of that name."""
-_ELSEWHERE: Final = {
-    "-v": "--version", "-V": "--version", "-?": "--help", "--verbose": "--all", "--out": "--output", "--file": "--output",
-    "--param": "--set", "--parameter": "--set", "--config": "--set", "--scan": "--over",
-    "--sweep": "--over", "--samples": "-n", "--number": "-n", "--overwrite": "--force", "-f": "--force", "-y": "--force",
-    "--html": "--report",
-}  # fmt: skip
-"""Options of other tools."""
 _DASHES: Final = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212"
 QUOTED: Final = re.compile("(^|=\\s*)[\u201c\u201d\u201e\u2018\u2019]")
 """A text, or a value after its equals sign, in quotation marks of a word processor."""
-_ALIKE: Final = """
---quantity --want --exceed --signal --target --maximise
---set --over --free --between
---output --csv
---workers --scheduler
---column --x --y
---gain-error --systematic
---noise --scatter
---laws --law --models
---layer --into
---set --step --stamps --offset --shift --baseline --trigger --detrend --crop --average --resample
---set --with --clock-shift --calibration --conductivity
-"""
-"""Options, or words that one may try, for the same in different commands, a line each."""
+
+
+@functools.cache
+def words_meant() -> dict[str, Any]:
+    """Read the words of other commands, of Python and of other tools, by what they are for."""
+    return read_toml((Path(__file__).parent / "meant.toml").read_text(encoding="utf-8"))
+
+
+def done_by() -> dict[str, str]:
+    """Return the command that does what a word stands for, in Python and in other tools."""
+    return {word: command for command, words in words_meant()["commands"].items() for word in words.split()}
 
 
 def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
@@ -87,8 +40,8 @@ def command_meant(word: str, path: str, commands: Iterable[str]) -> str:
         return f"'{word}' stands before the command; options follow it: {path} COMMAND {word} ..."
     if plain in commands:
         return f"'{word}' is no command, but '{plain}' is: {path} {plain}"
-    if plain in _DONE_BY and path.count(" ") == 0:
-        return f"'{word}' is no command; this is done by '{path} {_DONE_BY[plain]}'"
+    if plain in (others := done_by()) and path.count(" ") == 0:
+        return f"'{word}' is no command; this is done by '{path} {others[plain]}'"
     place, suffix = Path(word), Path(word).suffix.lower()
     if suffix in {".toml", ".nc"} or "/" in word:
         return f"'{word}' is no command; a scenario is simulated by '{path} run {word}'"
@@ -154,12 +107,16 @@ def _too_many(extra: str, command: TyperCommand | TyperGroup, ctx: Any) -> str:
 def _option_meant(wrong: str, command: TyperCommand | TyperGroup, ctx: Any) -> str:
     """Say which commands have an option, and which one of this command is for the same."""
     own, root = options_of(command), ctx.find_root().command
+    elsewhere = words_meant()["elsewhere"].get(wrong, "")
     if ctx.parent is None:
-        if wrong in _ELSEWHERE and _ELSEWHERE[wrong] in own:
-            return f"'electrovib' has no option '{wrong}'; it is {_ELSEWHERE[wrong]}"
+        if elsewhere in own:
+            return f"'electrovib' has no option '{wrong}'; it is {elsewhere}"
         return f"'{wrong}' stands before the command; options of a command follow it: electrovib COMMAND {wrong} ..."
-    synonym = _in_python(wrong.strip("-").replace("-", "_"), command) or _ELSEWHERE.get(wrong, "")
-    groups = [(synonym,), *(line.split() for line in _ALIKE.splitlines() if wrong in line.split())]
+    synonym = _in_python(wrong.strip("-").replace("-", "_"), command) or elsewhere
+    groups = [
+        (synonym,),
+        *(line.split() for line in words_meant()["alike"]["options"] if wrong in line.split()),
+    ]
     alike = [name for names in groups for name in names if name in own]
     owners = [name for name, each in _every(root) if wrong in options_of(each)]
     if wrong in options_of(root):
@@ -179,7 +136,7 @@ def _option_meant(wrong: str, command: TyperCommand | TyperGroup, ctx: Any) -> s
 def _in_python(name: str, command: TyperCommand | TyperGroup) -> str:
     """Return the option for an argument of that name in Python; empty if there is none."""
     own = {str(each.name): each.opts[0] for each in command.params if each.param_type_name == "option"}
-    return own.get(name, _IN_PYTHON.get(name, ""))
+    return own.get(name) or str(words_meant()["in_python"].get(name, ""))
 
 
 def options_of(command: TyperCommand | TyperGroup) -> list[str]:

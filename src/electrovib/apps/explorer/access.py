@@ -7,34 +7,33 @@ import inspect
 import itertools
 import logging
 import re
-from collections.abc import Awaitable, Callable, Iterable, Mapping, MutableMapping
+from collections.abc import Callable, Iterable, Mapping, MutableMapping
 from traceback import walk_tb
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import orjson
 from socketio.exceptions import SocketIOError  # type: ignore[import-untyped]
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse
 
 from electrovib.apps.explorer.runner import LARGEST_REQUEST, LONGEST_NAME, LOOPBACK
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-HEADERS: Final = (
-    (b"referrer-policy", b"no-referrer"),
-    (b"x-frame-options", b"DENY"),
-    (b"x-content-type-options", b"nosniff"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"cross-origin-opener-policy", b"same-origin"),
-    (
-        b"content-security-policy",
-        # the framework writes scripts into its page and compiles its templates in the browser
-        b"default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline';"
-        b" img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; object-src 'none';"
-        b" frame-src 'none'; frame-ancestors 'none'; form-action 'self'; base-uri 'self'",
+HEADERS: Final = {
+    "referrer-policy": "no-referrer",
+    "x-frame-options": "DENY",
+    "x-content-type-options": "nosniff",
+    "cross-origin-resource-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+    # the framework writes scripts into its page and compiles its templates in the browser
+    "content-security-policy": (
+        "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline';"
+        " img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; object-src 'none';"
+        " frame-src 'none'; frame-ancestors 'none'; form-action 'self'; base-uri 'self'"
     ),
-)
+}
 """Added to every response."""
 _OF_PROXIES: Final = (b"x-forwarded-", b"forwarded", b"x-real-ip", b"x-original-", b"x-rewrite-")
 """First letters of the headers in which a proxy describes a request; this server has none that could be trusted."""
@@ -53,7 +52,7 @@ class AccessControl:
     are removed.
     """
 
-    def __init__(self, app: App, *, port: int) -> None:
+    def __init__(self, app: ASGIApp, *, port: int) -> None:
         self._app = app
         self._hosts = frozenset([f"{name}:{port}" for name in LOOPBACK] + [*(LOOPBACK if port == 80 else ())])
 
@@ -71,7 +70,8 @@ class AccessControl:
 
     def _refusal(self, scope: Scope) -> str:
         """Return why a request is refused, as a sentence; empty if it is not."""
-        hosts, origins = _values(scope, b"host"), _values(scope, b"origin")
+        headers = Headers(raw=_lowered(scope["headers"]))
+        hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
             known = ", ".join(sorted(self._hosts))
             return f"This page is not served under this name. It is served under {known}."
@@ -79,30 +79,30 @@ class AccessControl:
             return "A connection has to state the one page from which it comes (header Origin)."
         if origins and origins[0].lower() != f"http://{hosts[0].lower()}":
             return "A page of another site may not talk to this one."
-        if _is_loaded_by_another_site(scope):
+        if _is_loaded_by_another_site(headers, scope):
             return "A page of another site may link to this one, but may load nothing from it."
         return ""
 
 
-def _is_loaded_by_another_site(scope: Scope) -> bool:
+def _is_loaded_by_another_site(headers: Headers, scope: Scope) -> bool:
     """Return whether the browser states that another site caused a request, other than by a link to a whole page."""
-    sites = _values(scope, b"sec-fetch-site")
+    sites, mode, target = (headers.getlist(f"sec-fetch-{each}") for each in ("site", "mode", "dest"))
     if all(site in ("same-origin", "none") for site in sites):
         return False
-    mode, target = _values(scope, b"sec-fetch-mode"), _values(scope, b"sec-fetch-dest")
     return scope.get("method") != "GET" or mode != ["navigate"] or target != ["document"]
 
 
-def _values(scope: Scope, name: bytes) -> list[str]:
-    return [value.decode("latin-1") for key, value in scope["headers"] if key.lower() == name]
+def _lowered(headers: Iterable[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
+    """Return headers with their names in small letters; a server of websockets leaves these as they were sent."""
+    return [(name.lower(), value) for name, value in headers]
 
 
 def _with_headers(send: Send) -> Send:
-    async def extended(message: MutableMapping[str, Any]) -> None:
+    async def extended(message: Message) -> None:
         if message["type"] == "http.response.start":
-            own = {name for name, _ in HEADERS}
-            kept = [(name, value) for name, value in message.get("headers", []) if name.lower() not in own]
-            message = {**message, "headers": [*kept, *HEADERS]}
+            headers = MutableHeaders(raw=_lowered(message.get("headers", [])))
+            headers.update(HEADERS)
+            message = {**message, "headers": headers.raw}
         await send(message)
 
     return extended
@@ -114,11 +114,8 @@ async def refuse(scope: Scope, receive: Receive, send: Send, sentence: str, stat
         await receive()
         await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": sentence[:100]})
         return
-    headers = [
-        (b"content-type", b"text/plain; charset=utf-8"), (b"cache-control", b"no-store"), *HEADERS,
-    ]  # fmt: skip
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": sentence.encode() + b"\n"})
+    answer = PlainTextResponse(f"{sentence}\n", status, HEADERS | {"cache-control": "no-store"})
+    await answer(scope, receive, send)
 
 
 class RequestLimits:
@@ -129,7 +126,7 @@ class RequestLimits:
     error of the server.
     """
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -165,7 +162,7 @@ class _Counted:
         """Whether no more of the request arrives: its sender has left, or it is too large."""
         return self._has_left or self.is_too_large
 
-    async def receive(self) -> MutableMapping[str, Any]:
+    async def receive(self) -> Message:
         """Receive the next part; a request that is too large ends as if its sender had left."""
         if self.is_too_large:
             return {"type": "http.disconnect"}
@@ -175,7 +172,7 @@ class _Counted:
         self._has_left = self._has_left or message["type"] == "http.disconnect"
         return {"type": "http.disconnect"} if self.is_too_large else message
 
-    async def send(self, message: MutableMapping[str, Any]) -> None:
+    async def send(self, message: Message) -> None:
         """Send a part of the answer; nothing of the application's once the request has ended early."""
         if not self.is_too_large:
             self._has_answered = True
@@ -201,7 +198,7 @@ _INVALID: Final = 1007
 class Frames:
     """Checks of the messages, events of given names, that reach an ASGI application over websockets."""
 
-    def __init__(self, app: App, *, events: Iterable[str]) -> None:
+    def __init__(self, app: ASGIApp, *, events: Iterable[str]) -> None:
         self._app, self._events = app, frozenset(events) - {"connect", "disconnect"}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -210,7 +207,7 @@ class Frames:
             await self._app(scope, receive, send)
             return
 
-        async def checked() -> MutableMapping[str, Any]:
+        async def checked() -> Message:
             message = await receive()
             if message["type"] == "websocket.receive" and (mistake := self._mistake(message)):
                 log(mistake, message.get("bytes") if message.get("text") is None else message["text"])
@@ -220,7 +217,7 @@ class Frames:
 
         await self._app(scope, checked, send)
 
-    def _mistake(self, message: MutableMapping[str, Any]) -> str:
+    def _mistake(self, message: Message) -> str:
         """Return what is wrong with a message; empty if nothing is."""
         text = message.get("text")
         if text is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from electrovib.core.diagnostics import STATES
 from electrovib.studies.check.result import FAIL, OUTCOMES, UNCERTAIN, UNKNOWN, nearest_limit
 from electrovib.studies.widths import TOGETHER
+from electrovib.view.pages import part
 from electrovib.view.plots.layers import drawn_heights
 from electrovib.view.style import layer_colours, pretty_quantity
 from electrovib.view.summary import quantities_of_scenario
@@ -130,13 +130,8 @@ def limit(row: CheckRow | None, state: str) -> KeyFigure:
     return KeyFigure(reached, f"{row.named}: {sizes}{doubt}{rest}", state)
 
 
-_HEIGHT: Final = 190.0
-"""Height of all layers together, in points of the drawing."""
-_STRIP: Final = 18.0
-_TRUE, _ENLARGED = (4.0, 34.0), (78.0, 60.0)
-"""Left edge and width of the layers to scale, and of those that are enlarged."""
-_TEXT: Final = 148.0
-_TOTAL: Final = 346.0
+_HEIGHT, _STRIP = 190.0, 18.0
+"""Height of all layers together, and of plate and finger each, in points of the drawing."""
 
 
 def drawing(shown: Computed) -> str:
@@ -146,67 +141,29 @@ def drawing(shown: Computed) -> str:
     lines to the left; beside each layer its thickness and the largest field and voltage of the run.
     """
     thicknesses = {name: layer.thickness for name, layer in shown.scenario.stack.layers.items()}
-    heights = drawn_heights(thicknesses)
-    unit, total = _HEIGHT / sum(heights.values()), sum(thicknesses.values())
-    colours = layer_colours(list(thicknesses))
-    bottom = _STRIP + _HEIGHT
-    parts = [*_strip(0.0, "finger", "#cdb9a8", "#222222"), *_strip(bottom, "plate", "#5d5d5d", "#ffffff")]
-    true_low = low = bottom
-    for name, thickness in thicknesses.items():
-        true_high, high = true_low - _HEIGHT * thickness / total, low - unit * heights[name]
-        parts += _layer(colours[name], (true_low, true_high), (low, high))
-        parts += _words(name, thickness, shown, (low + high) / 2)
-        true_low, low = true_high, high
-    foot = _HEIGHT + 2 * _STRIP
-    parts += [
-        _text(_TRUE[0], foot + 11, 9, "to scale"),
-        _text(_ENLARGED[0], foot + 11, 9, "enlarged where thin"),
+    heights, colours = drawn_heights(thicknesses), layer_colours(list(thicknesses))
+    sums = np.cumsum([(0.0, 0.0), *((thicknesses[name], heights[name]) for name in thicknesses)], axis=0)
+    true, drawn = (_STRIP + _HEIGHT * (1 - sums / sums[-1])).T
+    layers = [
+        {
+            "words": name.replace("_", " "),
+            "colour": colours[name],
+            "thickness": pretty_quantity(thickness, "m"),
+            "exact": pretty_quantity(thickness, "m", digits=4),
+            "most": _most(shown.found.largest_fields.get(name), thickness),
+            "true": true[place : place + 2],
+            "drawn": drawn[place : place + 2],
+        }
+        for place, (name, thickness) in enumerate(thicknesses.items())
     ]
-    described = ", ".join(
-        f"{name.replace('_', ' ')} {pretty_quantity(each, 'm')}" for name, each in thicknesses.items()
+    return part("explorer.html.jinja", "drawing", layers=layers, height=_HEIGHT, strip=_STRIP)
+
+
+def _most(field: float | None, thickness: float) -> str:
+    if field is None:
+        return ""
+    strength, voltage = (
+        pretty_quantity(field, "V/m", digits=3),
+        pretty_quantity(field * thickness, "V", digits=3),
     )
-    label = escape(f"Layers from the plate to the finger: {described}", quote=True)
-    return (
-        f'<svg role="img" aria-label="{label}" viewBox="0 0 {_TOTAL:g} {foot + 14:g}" width="100%" fill="currentColor"'
-        f' font-family="sans-serif">{"".join(parts)}</svg>'
-    )
-
-
-def _strip(top: float, words: str, colour: str, ink: str) -> list[str]:
-    boxes = [_box(column, top, _STRIP, colour) for column in (_TRUE, _ENLARGED)]
-    middle = _ENLARGED[0] + _ENLARGED[1] / 2
-    return [*boxes, _text(middle, top + _STRIP - 6, 9, words, f' text-anchor="middle" fill="{ink}"')]
-
-
-def _layer(colour: str, true: tuple[float, float], drawn: tuple[float, float]) -> list[str]:
-    look = ' fill-opacity="0.75" stroke="#ffffff" stroke-width="0.4"'
-    boxes = [
-        _box(column, high, max(low - high, 0.3), colour, look)
-        for column, (low, high) in ((_TRUE, true), (_ENLARGED, drawn))
-    ]
-    joint = (
-        f'<line x1="{sum(_TRUE):g}" y1="{true[1]:.3f}" x2="{_ENLARGED[0]:g}" y2="{drawn[1]:.3f}"'
-        ' stroke="currentColor" stroke-width="0.5" stroke-dasharray="2 2"/>'
-    )
-    return [*boxes, joint]
-
-
-def _words(name: str, thickness: float, shown: Computed, middle: float) -> list[str]:
-    first = f"{name.replace('_', ' ')}, {pretty_quantity(thickness, 'm', digits=4)}"
-    lines = [_text(_TEXT, middle - 2, 11, first, ' font-weight="bold"')]
-    field = shown.found.largest_fields.get(name)
-    if field is not None:
-        strength = pretty_quantity(field, "V/m", digits=3)
-        voltage = pretty_quantity(field * thickness, "V", digits=3)
-        lines.append(_text(_TEXT, middle + 11, 10, f"at most {strength}, {voltage} across it"))
-    return lines
-
-
-def _box(column: tuple[float, float], top: float, height: float, colour: str, look: str = "") -> str:
-    left, width = column
-    size = f'x="{left:g}" y="{top:.3f}" width="{width:g}" height="{height:.3f}"'
-    return f'<rect {size} fill="{colour}"{look}/>'
-
-
-def _text(left: float, low: float, size: int, words: str, look: str = "") -> str:
-    return f'<text x="{left:g}" y="{low:.1f}" font-size="{size}"{look}>{escape(words)}</text>'
+    return f"at most {strength}, {voltage} across it"

@@ -41,6 +41,12 @@ def test_own_names_are_served(name):
     assert sent[0]["status"] == 200
 
 
+def test_a_server_may_leave_the_names_of_headers_as_they_were_sent():
+    written = [("Host", OWN[1]), ("Origin", ORIGIN[1])]
+    assert call(kind="websocket", headers=written)[0]
+    assert not call(kind="websocket", headers=[*written, ("Sec-Fetch-Site", "cross-site")])[0]
+
+
 HOSTS = f"""
 127.0.0.1
 127.0.0.1:81

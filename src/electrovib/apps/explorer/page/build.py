@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -26,18 +25,6 @@ from electrovib.studies.catalogue import scenarios
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed, Further
     from electrovib.scenario import Scenario
-
-FOLLOW: Final = """
-document.addEventListener('click', event => {
-  const link = event.target.closest('a.ev-link');
-  if (!link || event.button || event.ctrlKey || event.metaKey || event.shiftKey || event.altKey) return;
-  event.preventDefault();
-  emitEvent('explorer_link', link.search);
-});
-const bar = document.querySelector('.q-header');
-new ResizeObserver(() => document.body.style.setProperty('--ev-top', `${bar.offsetHeight}px`)).observe(bar);
-"""
-"""A link of the page is followed without loading it again, unless it is opened elsewhere; the strip stays below the bar."""
 
 
 class Guide:
@@ -133,9 +120,7 @@ def _close(on_click: Callable[[], object], words: str) -> None:
 
 
 _STYLE: Final = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
-_BACK: Final = (
-    "window.addEventListener('popstate', () => emitEvent('explorer_back', window.location.search));"
-)
+_SCRIPT: Final = (Path(__file__).parent / "page.js").read_text(encoding="utf-8")
 _PRIMARY: Final = "#1c5d94"
 """Dark enough for white text."""
 WORKERS: Final = 1
@@ -191,7 +176,7 @@ class VisitorPage:
         self.client.on_delete(self._leave)
         ui.on("explorer_back", self._went)
         ui.on("explorer_link", lambda event: self._went(event, is_link=True))
-        ui.timer(0.01, lambda: ui.run_javascript(_BACK + FOLLOW), once=True)
+        ui.timer(0.01, lambda: ui.run_javascript(_SCRIPT), once=True)
         ui.timer(0.01, lambda: self.session.ask(self.session.state), once=True)
 
     def ask(self, state: PageState, *, is_step: bool = True) -> None:
@@ -383,7 +368,7 @@ class Bar:
         """Show what the page is about."""
         with ui.dialog(value=True).props("aria-label=About") as dialog, ui.card().classes("ev-about"):
             ui.label("Electrovibration").classes("text-lg font-bold").props("role=heading aria-level=2")
-            ui.html("".join(f"<p>{escape(each)}</p>" for each in ABOUT), sanitize=False)
+            ui.html((Path(__file__).parent / "about.html").read_text(encoding="utf-8"), sanitize=False)
             ui.button("Close", on_click=dialog.close).props("no-caps")
         dialog.on("hide", dialog.delete)
 
@@ -420,21 +405,3 @@ def _button(words: str, on_click: Callable[[], object] | None, explained: str) -
     with button:
         ui.tooltip(explained)
     return button
-
-
-ABOUT: Final = (
-    "A voltage between the electrode of a plate and a finger attracts the skin to the plate. The attraction adds to the force"
-    " with which the finger presses, so the friction of a sliding finger follows the voltage, and the finger feels a vibration or"
-    " a texture on a smooth surface: electrovibration. A finger at rest feels nothing of it.",
-    "The attraction is caused by the electric field between plate and skin. The voltage is shared between the layers: at fast"
-    " changes as between capacitors, under a constant voltage as between resistors. Charge that passes through the skin and the"
-    " gap therefore makes the force fade within the time constant of these layers, although the voltage stays. 'Why it fades'"
-    " shows this moment by moment, 'Voltage across each layer' and 'Over frequency' as curves.",
-    "The parameters on which the force usually depends most come first; words in the search field find the others."
-    " Move a slider, or type a value with its unit into the field beside it; an empty field gives the value of the scenario back."
-    " The pointer on a parameter shows its meaning, range and source. The button 'back' of the browser takes the last change"
-    " back, and the address of the page reproduces what is shown.",
-    "'Validity' states whether the models hold for this result: 'ok', 'warning' (outside the range in which a model was"
-    " verified, or above a strength), or 'unknown' where no statement is possible.",
-)
-"""What the page shows, for a person who has not met electrovibration, a paragraph each."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -28,7 +28,8 @@ from electrovib.apps.explorer.key_figures import KeyFigure, answers, drawing
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.studies.check.result import HARDWARE
 from electrovib.studies.widths import missed_by
-from electrovib.view.style import MOST, pretty_quantity, typeset
+from electrovib.view.pages import part
+from electrovib.view.style import MOST, pretty_quantity
 from electrovib.view.summary import quantities_of_scenario
 
 if TYPE_CHECKING:
@@ -195,18 +196,10 @@ class KeyLine:
                 place.classes("ev-stale")
                 continue
             place.classes(remove="ev-stale")
-            text = _key_figure(
-                name, figure or KeyFigure("…"), kept.get(name, KeyFigure("…")) if kept else None
-            )
+            beside = kept.get(name, KeyFigure("…")) if kept else None
+            text = _part("key_figure", name=name, figure=figure or KeyFigure("…"), kept=beside)
             if place.content != text:
                 place.set_content(text)
-
-
-def _key_figure(name: str, figure: KeyFigure, kept: KeyFigure | None) -> str:
-    value = f'<dd class="{CLASSES.get(figure.state, "")}">{escape(figure.value)}</dd>'
-    if kept is not None:
-        value += f"<dd class=ev-kept>A: {escape(kept.value)}</dd>"
-    return f"<dt>{escape(name)}</dt>{value}<dd class=ev-note>{escape(figure.note)}</dd>"
 
 
 def _html(classes: str) -> ui.html:
@@ -272,7 +265,10 @@ def content(
 
 def paragraphs(sentences: Iterable[str]) -> str:
     """Write each sentence as a paragraph."""
-    return "".join(f"<p>{escape(typeset(each))}</p>" for each in sentences)
+    return _part("paragraphs", sentences=sentences)
+
+
+_part: Final = functools.partial(part, "explorer.html.jinja")
 
 
 _OF_FIT: Final = ("Parameter", "Estimate", "95 % interval", "Determined", "Note")
@@ -283,33 +279,17 @@ def fit_content(document: Document) -> str:
     """Write the sentences of a fit, and its estimates in a table, which takes the place of the sentences on each."""
     (estimates,) = (each for each in document.tables if each.title == "Parameters")
     places = [estimates.headings.index(name) for name in _OF_FIT]
-    rows = [[typeset(row[place]) for place in places] for row in estimates.rows]
+    rows = [[row[place] for place in places] for row in estimates.rows]
     stated = {row[0] for row in estimates.rows}
     others = [each for each in document.sentences if each.partition(":")[0] not in stated]
-    return paragraphs(others) + _table(_OF_FIT, rows)
-
-
-CLASSES: Final = {
-    "ok": "ev-ok",
-    "pass": "ev-ok",
-    "unknown": "ev-unknown",
-    "warning": "ev-warning",
-    "fail": "ev-warning",
-}
-"""Classes of the style sheet for each state; the state is written as a word as well, never as a colour alone."""
+    return paragraphs(others) + _part("table", headings=_OF_FIT, rows=rows)
 
 
 def judged_words(diagnostics: Sequence[Diagnostic]) -> str:
     """List what limits the validity of a result, the worst first, and count what is in order."""
     worst_first = sorted(diagnostics, key=lambda each: -STATES.index(each.state))
-    rows = [
-        f"{_state(each.state)} <b>{escape(_plain(each.name))}</b>: {escape(typeset(each.text))}"
-        for each in worst_first
-        if each.state != "ok"
-    ]
-    if fine := [_plain(each.name) for each in diagnostics if each.state == "ok"]:
-        rows.append(f"{_state('ok')} {escape('; '.join(fine))}")
-    return _list(rows)
+    fine = [each.name for each in diagnostics if each.state == "ok"]
+    return _part("judged", diagnostics=[each for each in worst_first if each.state != "ok"], fine=fine)
 
 
 def law_words(found: Computed, further: Further) -> str:
@@ -328,7 +308,7 @@ def law_words(found: Computed, further: Further) -> str:
     cut = len(further.laws) >= MOST
     more = [further.measured.words] if further.measured else []
     more += ["The curves are those of this law, and of the four that miss measured forces the least."] * cut
-    return paragraphs(more) + _table(headings, rows)
+    return paragraphs(more) + _part("table", headings=headings, rows=rows)
 
 
 def answer_words(document: Document, outcome: str = "unknown", *, skipped: int = 0) -> tuple[str, str]:
@@ -337,11 +317,11 @@ def answer_words(document: Document, outcome: str = "unknown", *, skipped: int =
     Above are the first sentence that is not skipped, in the colour of its outcome, and what protects a person.
     """
     first, *others = document.sentences[skipped:]
-    said = f'<p class="{CLASSES[outcome]}">{escape(typeset(first))}</p>'
+    said = _part("first", sentence=first, outcome=outcome)
     said += paragraphs(each for each in others if each == HARDWARE)
     tables = "".join(map(_of_answer, (*document.numbers, *document.tables)))
     below = paragraphs(each for each in others if each != HARDWARE)
-    return said, tables + below + _list(escape(typeset(each)) for each in document.remarks)
+    return said, tables + below + _part("listed", remarks=document.remarks)
 
 
 def _peak(found: Computed) -> float:
@@ -358,26 +338,9 @@ def _plain(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _state(state: str) -> str:
-    return f'<span class="{CLASSES[state]}">{escape(state)}</span>'
-
-
-def _list(rows: Iterable[str]) -> str:
-    """Write a list of items, in which texts are escaped already."""
-    return f'<ul class="ev-list">{"".join(f"<li>{row}</li>" for row in rows)}</ul>'
-
-
 def _of_answer(table: Table) -> str:
     """Write a table of an answer, without the margins, for which a phone has no room; the states of limits have their colours."""
     kept = [place for place, name in enumerate(table.headings) if name != "limit/value"]
-    rows = [tuple(typeset(row[place]) for place in kept) for row in table.rows]
-    states = table.looks.get(0) == "state" and {row[0] for row in rows} <= CLASSES.keys()
-    return _table([table.headings[place] for place in kept], rows, states=states)
-
-
-def _table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, states: bool = False) -> str:
-    """Write a table; the cells of its first column may be `states`."""
-    head = "".join(f"<th scope=col>{escape(each)}</th>" for each in headings)
-    lines = ([_state(row[0]) if states else escape(row[0]), *map(escape, row[1:])] for row in rows)
-    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in line)}</tr>" for line in lines)
-    return f'<table class="ev-table"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    rows = [[row[place] for place in kept] for row in table.rows]
+    headings = [table.headings[place] for place in kept]
+    return _part("table", headings=headings, rows=rows, states=table.looks.get(0) == "state")
