@@ -9,7 +9,7 @@ from tests.contract.test_closed_gap import CLOSED, FILM, SCREEN, STRENGTH, THICK
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Smooth
-from electrovib.physics.drive.sines import Sine
+from electrovib.physics.drive.sines import Oscillation, Sine
 from electrovib.physics.safety import emission_diagnostic
 from electrovib.studies.check.result import CheckRow, breakdown_row
 
@@ -30,7 +30,7 @@ def test_a_drive_that_states_too_little_is_judged_by_the_voltage_that_it_has(kin
     if kind == "stated":
         monkeypatch.setattr(Sine, "extremes", lambda *_: (-1.0, 1.0))
     else:
-        monkeypatch.delattr(Sine, "extremes")
+        monkeypatch.delattr(Oscillation, "extremes")
         monkeypatch.setattr(Sine, "parts", spike)
     amplifier = {} if gain is None else {"circuit.amplifier": {"gain": gain}}
     changes = {"limits.voltage": 100.0, "time.duration": 4.69e-3, "drive.frequency": 100.0, **amplifier}

@@ -8,7 +8,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.cli import main
-from electrovib.apps.cli.meant import _DONE_BY, command_meant
+from electrovib.apps.cli.meant import command_meant, done_by
 from electrovib.core.file_kinds import foreign
 
 SINE = "bau_2010/sine"
@@ -211,11 +211,11 @@ CASES = [line.split(" => ") for line in WORDS.replace("STUDY", STUDY).splitlines
 
 
 def test_each_is_another_mistake_and_with_the_words_for_commands_they_are_200():
-    assert len({line for line, _ in CASES}) == len(CASES) >= 200 - len(_DONE_BY)
+    assert len({line for line, _ in CASES}) == len(CASES) >= 200 - len(done_by())
 
 
 def test_every_word_for_a_command_is_answered_with_it():
-    for word, command in _DONE_BY.items():
+    for word, command in done_by().items():
         assert f"'{word}' is no command; this is done by 'electrovib {command}'" in command_meant(
             word, "electrovib", ()
         )
