@@ -46,7 +46,9 @@ def test_what_can_be_played_is_written_within_limits_alone(said, refused, cli, h
 
 
 def test_a_wrong_suffix_is_refused_before_anything_is_computed(refused, monkeypatch):
-    monkeypatch.setattr("electrovib.studies.design.value.find_value", lambda *_, **__: pytest.fail("computed"))
+    monkeypatch.setattr(
+        "electrovib.studies.design.value.find_value", lambda *_, **__: pytest.fail("computed")
+    )
     forms = ".html, .pdf, .svg, .png, .tex, .txt, .csv, .pwl, .wav, .mat, .npy, .toml, .json"
     assert f"written as {forms}" in refused(f"{ASKED} -o found.xyz")
 
