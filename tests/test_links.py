@@ -73,7 +73,7 @@ def test_every_picture_of_the_texts_is_shown():
 
 
 def test_a_link_into_the_source_leads_to_the_page_that_is_written_from_it(sources):
-    law = "src/electrovib/physics/force/maxwell_stress.py#MaxwellStressInGap"
+    law = "src/electrovib/physics/force.py#MaxwellStressInGap"
     page = "reference/generated/models/force_law/MaxwellStressInGap.rst"
     assert sources.linked(f"[it](../../{law})", "explanation/a") == f"[it](../{page})"
     assert sources.linked("[all](../examples/), [a](b.md)", "index") == "[all](gallery/index.rst), [a](b.md)"

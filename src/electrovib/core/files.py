@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from electrovib.core.budget import holding
-from electrovib.core.quantity import takes_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -53,6 +52,8 @@ class DeclaresFile:
         mapping of str to FileColumn
             Parameter to column; empty if nothing has to be read, or if the table is wrong, which its validation reports.
         """
+        from electrovib.core.quantity import takes_unit
+
         fields: Mapping[str, Any] = getattr(cls, "model_fields", {})
         given = {name: field.default for name, field in fields.items()} | dict(table)
         samples = [name for name in fields if name.removesuffix("_samples") + "_column" in fields]
