@@ -6,7 +6,7 @@ With plain equations and an integrator of its own they are compared in tests/ref
 import numpy as np
 import pytest
 import scenario_parts as parts
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
@@ -80,6 +80,7 @@ def test_two_time_constants_of_one_mode(taus):
     negative=parts.powers(-8, -4),
     drive=st.sampled_from(["trapezium", "square", "sine"]),
 )
+@example(positive=1e-5, negative=1e-4, drive="trapezium")
 def test_turning_everything_round_turns_the_answer_round(positive, negative, drive):
     table = DRIVES[drive]
     turned = {key: -value if key in {"high", "low", "amplitude"} else value for key, value in table.items()}
@@ -89,7 +90,10 @@ def test_turning_everything_round_turns_the_answer_round(positive, negative, dri
     one = simulate(founding(parts.polarity(positive, negative), table), time=time)
     other = simulate(founding(parts.polarity(negative, positive), turned), time=time)
     assert parts.apart(-other.field.values, one.field.values) <= 1e-11
-    assert parts.apart(other.electrostatic_force.values, one.electrostatic_force.values) <= 1e-11
+    # some hundred roundings of the largest field are more of the smallest, of which the force is made
+    fields = np.max(np.abs(one.field.values), axis=1)
+    rounding = max(1e-11, 2e-13 * float(np.max(fields) / np.min(fields)))
+    assert parts.apart(other.electrostatic_force.values, one.electrostatic_force.values) <= rounding
     if abs(positive / negative - 1) > 0.1 and drive == "trapezium":
         unturned = simulate(founding(parts.polarity(positive, negative), turned), time=time)
         assert parts.apart(unturned.electrostatic_force.values, one.electrostatic_force.values) > 1e-6

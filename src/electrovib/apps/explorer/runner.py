@@ -217,5 +217,7 @@ class Workers:
 
 
 async def apart(executor: Executor, work: Callable[[], W]) -> W:
-    """Run a function outside of the event loop and return its result."""
+    """Run a function outside of the event loop and return its result; once the server ends, what waits for it is cancelled."""
+    if SERVER_ENDS.is_set():
+        raise asyncio.CancelledError
     return await asyncio.get_running_loop().run_in_executor(executor, work)

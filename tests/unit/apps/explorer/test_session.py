@@ -442,3 +442,26 @@ def test_work_ends_when_its_result_is_in_vain_or_the_server_stops(monkeypatch):
     for each in (is_in_vain.is_set, lambda: False):
         with pytest.raises(InterruptedWorkError), runner.interruptible(each):
             pytest.fail("nothing begins in vain")
+
+
+def test_what_waits_for_a_thread_when_the_server_ends_is_cancelled_without_a_word(monkeypatch):
+    """A computation in several pieces asked for the next one after its threads had ended, and a traceback was printed."""
+    monkeypatch.setattr(runner, "SERVER_ENDS", threading.Event())
+    failed = []
+
+    async def pieces():
+        with ThreadPoolExecutor(1) as executor:
+
+            async def task(_):
+                assert await runner.apart(executor, lambda: 1) == 1
+                end_work()
+                executor.shutdown()
+                await runner.apart(executor, lambda: 2)
+
+            latest = runner.LatestOnly(task, failed.append)
+            latest.ask(0)
+            while not latest.is_idle:
+                await asyncio.sleep(0.01)
+
+    asyncio.run(pieces())
+    assert failed == []
