@@ -57,7 +57,7 @@ class DeclaresFile:
         fields: Mapping[str, Any] = getattr(cls, "model_fields", {})
         given = {name: field.default for name, field in fields.items()} | dict(table)
         samples = [name for name in fields if name.removesuffix("_samples") + "_column" in fields]
-        if not given.get("file") or not samples or samples[0] in table:
+        if not given.get("file") or not samples or any(name in table for name in samples):
             return {}
         found = {}
         for name in samples:

@@ -101,7 +101,7 @@ def hold_weights(z: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
     meaningless weights.
     """
     exponent = np.asarray(z, np.complex128 if np.iscomplexobj(z) else np.float64)
-    decay, is_small = np.exp(exponent), np.abs(exponent) < 1.0
+    decay, is_small = np.asarray(np.exp(exponent)), np.abs(exponent) < 1.0
     small = np.where(is_small, -exponent, 0.0)
     count = bisect_left(_REACH, float(np.max(np.abs(small), initial=0.0))) + 1
     series = np.full_like(small, _SERIES[count - 1])
@@ -114,5 +114,5 @@ def hold_weights(z: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
     if not np.all(is_small):
         large = exponent[~is_small]
         mean = np.expm1(large) / large
-        first[~is_small], last[~is_small] = mean - np.exp(large), 1.0 - mean
+        first[~is_small], last[~is_small] = mean - decay[~is_small], 1.0 - mean
     return decay, first, last

@@ -133,6 +133,8 @@ def test_extremes_of_tones():
     both = drive(sine(1, 50, np.pi / 2), sine(1, 100, np.pi / 2))
     assert both.extremes() == pytest.approx((-9 / 8, 2), rel=1e-12)
     slow = drive(sine(10, 1.0))  # on for part of a cycle
+    assert slow.extremes(0, slow.period / 2) == pytest.approx((0, 10), abs=1e-12)
+    assert slow.extremes(0, 0.74 * slow.period)[0] > -9.99
     assert slow.extremes(0, 1 / 12) == pytest.approx((0, 5), abs=1e-12)
     assert slow.extremes(0.5, 7 / 12) == pytest.approx((-5, 0), abs=1e-12)
     assert slow.extremes(0.3, 0.3)[0] == pytest.approx(10 * np.sin(0.6 * np.pi))

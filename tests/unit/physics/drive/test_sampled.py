@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.drive.sampled import KeepIncreasing
-from electrovib.scenario import read_part
+from electrovib.scenario import load, read_part
 
 TIME = np.array([5e-3, 6e-3, 8e-3, 9e-3])
 VOLTAGE = np.array([0.0, 10.0, -10.0, 4.0])
@@ -225,3 +225,11 @@ def test_supply_start_and_stop_are_taken_as_given():
 def test_what_cannot_be_one_of_two_electrodes_is_refused(voltage, readback, words):
     readback = {"model": "OneOfTwoInAntiphase"} | readback
     assert words in refusal(time_samples=MANY, voltage_samples=voltage, readback=readback)
+
+
+@pytest.mark.parametrize("typed", ["time_samples", "voltage_samples"])
+def test_a_file_beside_half_of_the_samples_is_refused(here, typed):
+    """The column of the file took the place of the typed voltages without a word."""
+    (here / "half.csv").write_text("time [s],voltage [V]\n0,0\n1,5\n2,3\n")
+    with pytest.raises(InputError, match="time stamps but"):
+        load("bau_2010/sine").replace({"drive": {"model": "Sampled", "file": "half.csv", typed: [0, 1, 2]}})
