@@ -14,12 +14,15 @@ import numpy as np
 from benchmarks.population_peers import batched_eigenvalues, by_jax, plain_numpy
 from benchmarks.table import surroundings, write_page
 
-from electrovib.solve.population.drive import first_order_hold_many
+from electrovib.physics.drive.parts import Linear
+from electrovib.solve.electrics.transient import Response
 from electrovib.solve.population.percentiles import quantiles
 from electrovib.solve.stack.secular import secular_roots
+from electrovib.solve.stack.transfer import Transfer
 from electrovib.studies.population.tiles import Statistics
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
+TOGETHER = 250
 
 
 class Measured(NamedTuple):
@@ -99,7 +102,15 @@ def stepping() -> list[list[object]]:
     fingers, factor = population()
 
     def forces() -> np.ndarray:
-        return factor[:, np.newaxis] * first_order_hold_many(*fingers) ** 2
+        drive = Linear(fingers.time, fingers.voltage, fingers.voltage, step=STEP)
+        found = np.empty((FINGERS, SAMPLES))
+        for first in range(0, FINGERS, TOGETHER):
+            some = slice(first, first + TOGETHER)
+            rates = fingers.rates[some]
+            gains, direct = fingers.residues[some] / rates, fingers.direct[some, np.newaxis]
+            one = Transfer(rates=rates, gains=gains, direct=direct)
+            found[some] = Response({"voltage": one}, [drive]).at(fingers.time)["voltage"]
+        return factor[:, np.newaxis] * found**2
 
     def table() -> np.ndarray:
         return forces().astype(np.float32)

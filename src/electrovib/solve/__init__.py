@@ -4,7 +4,7 @@ One chain, from top to bottom; every number may be a column of shape (cases, 1),
 
     scenario                                                    a frozen model, checked           `choice`, `effort`, `meter`
     -> Debye terms, modes    rates (modes,), gains (modes,)     of every linear quantity          `stack`
-    -> response in time      (quantities, n), exact             straight pieces, sines, marches   `electrics`, `recursion`
+    -> response in time      (quantities, n) or with cases      straight pieces, sines, marches   `electrics`, `recursion`
     -> pull, attraction      (n,)                               law of the force, contact area    `electrics.attraction`
     -> friction, skin, rig   (n,)                               filters: exact, or in steps       `mechanics`
     -> diagnostics           largest values, errors of memory   over the whole run                `diagnostics`
@@ -14,8 +14,8 @@ One chain, from top to bottom; every number may be a column of shape (cases, 1),
         <- `one_by_one.ParametricScenario` a few signals for values of a few parameters, one point after the other: fits
         <- `quantities.resolve`            means and extremes: polynomials on pieces that are halved until they resolve it
     `population.Population.signals(columns)`   the same text for columns (cases, 1)            rows (cases, n)
-        linear quantities   rates, gains (modes,) or (cases, modes)                            `population.arrays`
-        drive               times (m,), sum of factor (cases, 1) times voltage (m,) or tones   `population.drive`
+        linear quantities   rates, gains (modes,) or (cases, modes)                            `electrics.transient.Response`
+        drive               sum of factor (cases, 1) times the parts of a drive                `population.drive`
     `quantities.cases`                         cases on a mesh: rows (cases, n) -> (cases, pieces, nodes) -> numbers (cases,)
         <- `prepare.Prepared`              many points in columns on common meshes
         <- `answers`                       a sweep; scenarios under tones at once, each on pieces of its own period

@@ -15,7 +15,8 @@ from electrovib.solve.diagnostics import peaks
 from electrovib.solve.diagnostics import probes as at_probes
 from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight
-from electrovib.solve.electrics.straight import FEW_TIMES, SharedModes, fading
+from electrovib.solve.electrics.fading import FEW_TIMES, fading
+from electrovib.solve.electrics.straight import SharedModes
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.recursion import March, blocks, march, states_at, uneven
 from electrovib.solve.stack.transfer import Transfer
@@ -192,7 +193,7 @@ def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
     assert len(marches) == 1
     assert all(count < 500 for count in states)
     # even stamps and the same stamps by themselves give one answer
-    monkeypatch.setattr("electrovib.physics.drive.sampled._even_step", lambda *_: None)
+    monkeypatch.setattr("electrovib.physics.drive.sampled.even_step", lambda *_, **__: None)
     each = ev.simulate(measured())
     for name in ("electrostatic_force", "current", "field"):
         size = float(np.abs(each[name]).max())

@@ -16,7 +16,7 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Chirped, Linear, Smooth
 from electrovib.solve.electrics.formulas import GONE, chirp_response, smooth_states
 from electrovib.solve.electrics.straight import MANY_SAMPLES, SharedModes
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import ALONE, transient
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.stack.transfer import Transfer
 
@@ -140,6 +140,74 @@ def test_linear_in_the_drive(settled):
     for name in BOTH:
         assert close(found[name], sum(one[name] for one in apart))
         assert close(double[name], 2 * apart[1][name])
+
+
+SLOW_RAMP = drive("Trapezium", low=1000.0, high=1000.001, rise=1.0, hold=1.0, fall=1.0)
+
+
+def test_a_current_keeps_its_digits_beside_a_large_voltage():
+    """A capacitor behind a resistor passes slope/rate of a slow ramp, whatever the voltage it starts from."""
+    rate, time = 1e6, np.linspace(0.0, 0.9, 901)
+    current = Transfer(rates=np.array([rate]), gains=np.array([-1.0]), direct=1.0, static=0.0)
+    found = one_of(current, SLOW_RAMP, time)
+    assert np.allclose(found[2:], (1000.001 - 1000.0) / rate, rtol=1e-11, atol=0)
+
+
+CASES = np.random.default_rng(5)
+OF_CASES = {
+    "first": {
+        "rates": 10 ** CASES.uniform(0, 7, (5, 4)),
+        "gains": CASES.normal(size=(5, 4)),
+        "direct": CASES.normal(size=(5, 1)),
+    },
+    "shared modes": {"rates": RATES, "gains": CASES.normal(size=(5, 5)), "free": CASES.normal(size=(5, 5))},
+    "lag": {
+        "rates": 10 ** CASES.uniform(0, 7, (5, 4)),
+        "gains": CASES.normal(size=(5, 4)),
+        "static": CASES.normal(size=(5, 1)),
+    },
+    "slope": {"rates": RATES, "gains": CASES.normal(size=5), "slope": 1e-3 * CASES.normal(size=(5, 1))},
+    "shared": {"rates": RATES, "gains": CASES.normal(size=5), "direct": 0.3},
+}
+STAMPS = np.linspace(0.0, 0.05, 1500)
+OTHERS = {
+    "sum": drive("Sum", drives=[SINE.to_dict(), SQUARE.to_dict()]),
+    "record": drive(
+        "Sampled", time_samples=STAMPS.tolist(), voltage_samples=np.sin(1e6 * STAMPS**2).tolist()
+    ),
+}
+TIMES_OF_CASES = {
+    "stamps": STAMPS,
+    "even": np.linspace(0, 0.05, 501),
+    "late": np.linspace(0.03, 0.05, 300),
+    "uneven": np.unique([0.0, *np.geomspace(1e-7, 0.05, 150), 0.01 / 3]),
+    "one": np.array([7e-3]),
+    "long": np.linspace(0, 0.05, ALONE),
+}
+
+
+@pytest.mark.parametrize("times", TIMES_OF_CASES)
+@pytest.mark.parametrize(("name", "settled"), [*ON_GRIDS, ("sum", True), ("sum", False), ("record", False)])
+def test_cases_at_once_are_those_of_each_alone(name, settled, times):
+    """Rates, shares and charges that differ between cases, or that all share."""
+    time, transfers = TIMES_OF_CASES[times], {key: Transfer(**each) for key, each in OF_CASES.items()}
+    one = OTHERS.get(name) or EVERY[name]
+    found = transient(transfers, one, time, settled=settled)
+    for case in range(5):
+        own = {
+            key: Transfer(**{name: _of_case(number, case, name) for name, number in each.items()})
+            for key, each in OF_CASES.items()
+        }
+        alone = transient(own, one, time, settled=settled)
+        for key, row in found.items():
+            mine = row if row.ndim == 1 else row[case]
+            assert np.max(np.abs(mine - alone[key])) <= 1e-13 * max(100.0, np.max(np.abs(alone[key]))), key
+
+
+def _of_case(number, case, name):
+    """Return the number of one case, a level as a number."""
+    own = number[case] if np.ndim(number) == 2 else number
+    return float(own[0]) if name in ("direct", "static", "slope") and np.ndim(own) else own
 
 
 EDGES = st.just(0.0) | st.floats(1e-12, 0.01)

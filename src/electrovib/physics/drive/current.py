@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.levels import IN_PLACE_OF_SWING
-from electrovib.physics.drive.parts import Chirped, Linear, Part, Tones
+from electrovib.physics.drive.parts import Part
 from electrovib.physics.drive.sines import Oscillation
 
 if TYPE_CHECKING:
@@ -60,7 +59,7 @@ class CurrentAmplifier(Drive):
 
     def parts(self) -> tuple[Part, ...]:
         """Return the parts of the command as currents [A]."""
-        return tuple(_divided(part, self.sense_resistance) for part in self.command.parts())
+        return tuple(part.with_levels(part.levels / self.sense_resistance) for part in self.command.parts())
 
     @property
     def period(self) -> float | None:
@@ -76,18 +75,3 @@ class CurrentAmplifier(Drive):
     def time_stamps(self) -> Real | None:
         """Times at which the command was measured [s]; None for a formula."""
         return self.command.time_stamps
-
-
-def _divided(part: Part, divisor: float) -> Part:
-    """Return a part divided by a number."""
-    if isinstance(part, Linear):
-        return replace(part, before=part.before / divisor, after=part.after / divisor)
-    if isinstance(part, Tones):
-        return replace(part, amplitudes=part.amplitudes / divisor)
-    if isinstance(part, Chirped):
-        last = part.first + part.sweep * part.stop
-        return Chirped.between(part.amplitude / divisor, part.first, last, part.stop)
-    formula, derivative = part.formula, part.derivative
-    return replace(
-        part, formula=lambda time: formula(time) / divisor, derivative=lambda time: derivative(time) / divisor
-    )

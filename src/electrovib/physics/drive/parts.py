@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 
@@ -49,6 +49,21 @@ class Linear:
     def is_step(self) -> bool:
         """Whether the voltage is switched on at time 0 and then held."""
         return len(self.times) == 1
+
+    @property
+    def timing(self) -> tuple[Any, ...]:
+        """What pieces that differ in their levels alone have in common."""
+        return self.times, self.period
+
+    @property
+    def levels(self) -> Real:
+        """Numbers to which the voltage is proportional, all of them together, in one row."""
+        return np.concatenate([self.before, self.after])
+
+    def with_levels(self, levels: Real) -> Linear:
+        """Return pieces of the same timing with other levels."""
+        before, after = np.split(levels, 2)
+        return replace(self, before=before, after=after)
 
     def locate(self, time: Real) -> tuple[Indices, Real]:
         """Return the index of the piece at each time [s], the later one at a break, and the time since it began [s]."""
@@ -196,14 +211,17 @@ def cosine_and_sine(frequency: float, time: Real) -> tuple[Real, Real]:
     return cosine.ravel()[: len(time)], sine.ravel()[: len(time)]
 
 
-def even_step(time: Real) -> float | None:
-    """Return the step of many times that are evenly spaced to rounding [s]; else None."""
-    if len(time) < MANY_TIMES:
+def even_step(time: Real, *, fewest: int = MANY_TIMES, largest: float = 0.0) -> float | None:
+    """Return the step of many times that are evenly spaced to rounding [s]; else None.
+
+    They are rounded as numbers up to `largest` [s] are, of which they may be differences.
+    """
+    if len(time) < fewest:
         return None
     step = float(time[-1] - time[0]) / (len(time) - 1)
     off = step * np.arange(len(time))
     off -= time - time[0]
-    largest = max(abs(float(time[0])), abs(float(time[-1])))
+    largest = max(abs(float(time[0])), abs(float(time[-1])), largest)
     return step if max(np.max(off), -np.min(off)) <= SLACK * largest else None
 
 
@@ -214,6 +232,20 @@ class _Gated(ABC):
     stop: float
     is_step: ClassVar[Literal[False]] = False
     period: ClassVar[None] = None
+
+    @property
+    @abstractmethod
+    def timing(self) -> tuple[Any, ...]:
+        """What parts that differ in their levels alone have in common."""
+
+    @property
+    @abstractmethod
+    def levels(self) -> Real:
+        """Numbers to which the voltage is proportional, all of them together, in one row."""
+
+    @abstractmethod
+    def with_levels(self, levels: Real) -> Self:
+        """Return a part of the same timing with other levels."""
 
     def begins_with(self, time: Real) -> bool:  # noqa: ARG002 - no part but straight pieces has breaks
         """Return False: no times are breaks between straight pieces."""
@@ -270,6 +302,21 @@ class Tones(_Gated):
     start: float = -math.inf
     stop: float = math.inf
 
+    @property
+    def timing(self) -> tuple[Any, ...]:
+        """Frequencies, and when the sum is on."""
+        return self.frequencies, self.start, self.stop
+
+    @property
+    def levels(self) -> Real:
+        """Real parts of the amplitudes, then the imaginary parts [V]."""
+        return np.concatenate([self.amplitudes.real, self.amplitudes.imag])
+
+    def with_levels(self, levels: Real) -> Self:
+        """Return sines of the same timing with other amplitudes."""
+        real, imaginary = np.split(levels, 2)
+        return replace(self, amplitudes=real + 1j * imaginary)
+
     def whenever(self, time: Real) -> Real:
         """Return the voltage [V] at these times [s] as if the part were always on."""
         return self._sum(time, self.amplitudes)
@@ -310,6 +357,25 @@ class Smooth(_Gated):
     stop: float
     highest_frequency: float
 
+    @property
+    def timing(self) -> tuple[Any, ...]:
+        """The formula itself, and when it is on."""
+        return self.formula, self.start, self.stop
+
+    @property
+    def levels(self) -> Real:
+        """The factor 1 of the formula."""
+        return np.ones(1)
+
+    def with_levels(self, levels: Real) -> Self:
+        """Return a multiple of the formula."""
+        factor, formula, derivative = float(levels[0]), self.formula, self.derivative
+        return replace(
+            self,
+            formula=lambda time: factor * formula(time),
+            derivative=lambda time: factor * derivative(time),
+        )
+
     def whenever(self, time: Real) -> Real:
         """Return the voltage [V] at these times [s] as if the part were always on."""
         return self.formula(time)
@@ -337,7 +403,7 @@ class Chirped(Smooth):
     sweep: float
 
     @classmethod
-    def between(cls, amplitude: float, first: float, last: float, length: float) -> Chirped:
+    def between(cls, amplitude: float, first: float, last: float, length: float) -> Self:
         """Make a sine whose frequency changes linearly from `first` to `last` [Hz] within `length` [s].
 
         It begins at time 0 and is off after its duration.
@@ -354,6 +420,21 @@ class Chirped(Smooth):
             return 2 * np.pi * (first + sweep * time) * amplitude * np.cos(phase(time))
 
         return cls(formula, derivative, 0.0, length, max(first, last), amplitude, first, sweep)
+
+    @property
+    def timing(self) -> tuple[Any, ...]:
+        """Frequency at time 0, its rate of change, and when the sine is on."""
+        return self.first, self.sweep, self.start, self.stop
+
+    @property
+    def levels(self) -> Real:
+        """The amplitude [V]."""
+        return np.array([self.amplitude])
+
+    def with_levels(self, levels: Real) -> Self:
+        """Return the sine with another amplitude."""
+        last = self.first + self.sweep * self.stop
+        return self.between(float(levels[0]), self.first, last, self.stop)
 
     def phase(self, time: Real) -> Real:
         """Return the phase at these times [s], whose sine the voltage is proportional to [rad]."""

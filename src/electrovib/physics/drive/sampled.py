@@ -15,7 +15,7 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import ColumnName, Number, Quantity, column_unit
 from electrovib.core.samples import Samples, fault_of_record
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Linear
+from electrovib.physics.drive.parts import Linear, even_step
 from electrovib.physics.drive.readback import Readback, WholeVoltage
 
 if TYPE_CHECKING:
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
 _NAME_ONE: Final = 'name the record, for instance file = "record.csv"'
-ROUNDING: Final = 8 * float(np.finfo(float).eps)
-"""Deviation from even spacing, relative to the largest time stamp, below which time stamps count as evenly spaced."""
 _SHORTEST_STEP: Final = 1e-24
 _DURATION: Final = Quantity("s", 1e-9, 1e6, "time from the first sample to the last")
 
@@ -116,7 +114,7 @@ class Sampled(Drive):
             stamps, voltage = stamps[kept], voltage[kept]
         with np.errstate(over="ignore", invalid="ignore"):  # of impossible times, which are refused
             time = stamps - stamps[0] if stamps[0] else stamps  # no copy of stamps that count from 0
-            step = _even_step(time, float(np.max(np.abs(stamps[[0, -1]]))))
+            step = even_step(time, fewest=2, largest=float(np.max(np.abs(stamps[[0, -1]]))))
         after = self.readback.driving(time, voltage)
         before = after  # one array where nothing jumps, not even at time 0
         if after[0]:
@@ -144,13 +142,6 @@ class Sampled(Drive):
     def time_stamps(self) -> Real:
         """Times of the samples, counted from the first [s]."""
         return self._pieces.times
-
-
-def _even_step(time: Real, largest: float) -> float | None:
-    """Return the step of time stamps that are evenly spaced to their rounding [s]; else None."""
-    step = float(time[-1]) / (len(time) - 1)
-    off = np.max(np.abs(time - step * np.arange(len(time))))
-    return step if off <= ROUNDING * largest else None
 
 
 def _check_numbers(time: Real, voltage: Real, file: str) -> None:

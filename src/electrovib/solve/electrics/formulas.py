@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.electrics.straight import chebyshev_rule, fading
+from electrovib.solve.electrics.fading import chebyshev_rule, fading
 from electrovib.solve.meter import Meter
 from electrovib.solve.recursion.blocks import states_before
 

@@ -1,8 +1,7 @@
 """Modes under a piecewise linear drive, exact at any output times, from a given state.
 
-The states at the breaks follow from one recursion, for a repeated drive in closed form in any period. At very many times
-after a corner a few polynomials replace the exponentials: a sum of relaxations changes, at a time t after a corner, within
-about the time t, so that between t and 2 t they represent it to rounding, however far apart the rates lie.
+The states at the breaks follow from one recursion, for a repeated drive in closed form in any period.
+Each mode relaxes by itself, whichever case it belongs to: only a sum over modes knows the cases.
 """
 
 from __future__ import annotations
@@ -13,18 +12,18 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from electrovib.solve.electrics.fading import MODES_AT_ONCE, by_output, fading, graded, over_modes
 from electrovib.solve.recursion import March, hold_weights, states_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.parts import Linear
+    from electrovib.solve.electrics.fading import Rows
 
-Rows: TypeAlias = "Sequence[Real] | Real"
-"""Outputs over time, one array (n,) for each."""
 InStretches: TypeAlias = "Callable[[slice], Rows]"
 """Outputs at the times of a stretch; the stretches follow one another."""
 CHUNK = 1 << 16
@@ -35,25 +34,12 @@ _LONG = 8000
 """Mean number of times in each piece from which polynomials are faster than each time by itself."""
 ROUNDING = 8 * float(np.finfo(float).eps)
 """Largest deviation of an evenly spaced grid, over its last time."""
-_MODES_AT_ONCE: Final = 64
-"""Modes computed together, so that thousands of them need no matrix of thousands squared."""
 _FEWEST_BREAKS: Final = 16
 """Largest number of breaks at which the states are computed in a plain loop."""
 _FEW_BREAKS: Final = 1000
 """Largest number of breaks at which the states at all of them are computed, whichever are asked for."""
-GRADED_DEGREE: Final = 10
-"""Degree of the polynomials: on these intervals the Chebyshev coefficients of exp(-z) beyond it are below 1e-16."""
-STRETCHES: Final = 8
-"""Number of equal intervals from each time to twice that time."""
-FEW_TIMES: Final = 4 * GRADED_DEGREE
-"""Largest number of times of an interval at each of which the sum is computed."""
-_AT_ONCE: Final = 4096
-_HELD: Final = 1 << 16
-"""Largest number of modes times output times in memory."""
-_FORGOTTEN: Final = 745.0
-"""Time constants after which an exponential underflows to 0."""
-_DECAYED: Final = 80.0
-"""Time constants after which an exponential counts as 0: 2e-35 of it remains."""
+TOGETHER: Final = 48
+"""Modes of several cases in one recursion, about: each output of a case is a product with the modes of all."""
 _FEW_PIECES: Final = 64
 """Largest number of pieces that are evaluated one after the other by one exponential of each mode."""
 _SEVERAL: Final = 100
@@ -66,8 +52,9 @@ _STEEP: Final = 1e3
 class SharedModes:
     """Outputs of modes x' = rate (v - x) under a drive v: direct v + sum gain x, or gain (x - v) in outputs with a lag.
 
-    `rates` (modes,) > 0 [1/s], `gains` (outputs, modes), `direct`, `lag` (outputs,); `known` holds the states at the breaks of
-    parts of straight pieces, and `passed` those at some breaks of a record that the recursion has passed.
+    `rates` (modes,) > 0 [1/s], `gains` (outputs, modes), `direct`, `lag` (outputs,), each but `lag` with an axis of cases before
+    these where it differs between cases; `known` holds the states at the breaks of parts of straight pieces, and `passed` those
+    at some breaks of a record that the recursion has passed.
     """
 
     rates: Real
@@ -77,52 +64,85 @@ class SharedModes:
     known: dict[int, BreakStates] = field(default_factory=dict)
     passed: dict[int, dict[int, Real]] = field(default_factory=dict)
 
+    @functools.cached_property
+    def cases(self) -> tuple[int, ...]:
+        """The number of cases, or nothing."""
+        return np.broadcast_shapes(self.rates.shape[:-1], self.gains.shape[:-2], self.direct.shape[:-1])
+
+    def in_groups(self, size: int, respond: Callable[[SharedModes], InStretches]) -> InStretches:
+        """Return the response of some cases after the others, each group as modes of one case with the outputs of all."""
+        outputs, modes = len(self.lag), self.rates.shape[-1]
+        rates, gains, direct = (
+            np.broadcast_to(array, self.cases + array.shape[-axes:])
+            for array, axes in ((self.rates, 1), (self.gains, 2), (self.direct, 1))
+        )
+        driven = []
+        for first in range(0, len(rates), size):
+            some = slice(first, min(first + size, len(rates)))
+            count = some.stop - first
+            shares = np.zeros((count, outputs, count, modes))
+            shares[range(count), :, range(count)] = gains[some]
+            whole = shares.reshape(count * outputs, count * modes)
+            one = SharedModes(rates[some].ravel(), whole, direct[some].ravel(), np.tile(self.lag, count))
+            driven.append(respond(one))
+
+        def through(stretch: slice) -> Rows:
+            rows = np.concatenate([np.asarray(each(stretch)) for each in driven])
+            return by_output(rows.reshape(len(rates), outputs, -1))
+
+        return through
+
     def along(self, part: Linear, time: Real, state: Real | None) -> InStretches:
         """Return the response to straight pieces as a function of successive stretches of times, as from `straight`.
 
         At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
         """
         marched = _marched(part, time)
-        if marched is not None:
+        if marched is not None and not self.cases:
             return self._recursion(part, time, marched, state)
+        if marched is not None and np.ndim(marched[2]) == 0 and state is not None and not np.any(state):
+            size = max(1, TOGETHER // self.rates.shape[-1])
+            return self.in_groups(size, lambda some: some.along(part, time, np.zeros(len(some.rates))))
         if part.period is None and len(part.times) > _FEW_BREAKS:
             whole = self._piece_by_piece(part, time, state)
-            return lambda stretch: [row[stretch] for row in whole]
+            return lambda stretch: [row[..., stretch] for row in whole]
         return lambda stretch: self._piece_by_piece(part, time[stretch], state)
 
     def straight(self, part: Linear, time: Real, state: Real | None) -> Rows:
         """Compute the response to straight pieces at any times, each output in an array of its own.
 
-        `time` (n,) [s], `state` (modes,) [V] at time 0, or None for the periodic state; returns one `response` (n,) [V] for
+        `time` (n,) [s], `state` as `rates` [V] at time 0, or None for the periodic state; returns one `response` (n,) [V] for
         each output.
         """
         return self.along(part, time, state)(slice(0, len(time)))
 
-    def _piece_by_piece(self, part: Linear, time: Real, state: Real | None) -> list[Real]:
+    def _piece_by_piece(self, part: Linear, time: Real, state: Real | None) -> Rows:
         """Return the outputs at any times from the states at the beginnings of their pieces."""
         index, elapsed = part.locate(time)
         periods = part.count_periods(time)
         begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
         states = self._at_breaks(part, state, index[begins])
         weights, at_begin, gentle = np.zeros(0), np.zeros(0), np.zeros(len(begins), bool)
-        few = len(begins) <= _FEW_PIECES and len(self.rates) <= _MODES_AT_ONCE
+        few = len(begins) <= _FEW_PIECES and self.rates.shape[-1] <= MODES_AT_ONCE
         if few and len(time) >= _SEVERAL * len(begins):
             where, when = index[begins], periods[begins]
             weights, at_begin, gentle = self.in_exponentials(
                 states, where, when, longest=float(np.max(elapsed))
             )
         if not np.any(gentle) and len(time) < _LONG * len(begins):
-            return list(self._in_pieces(states, time, index, elapsed, periods))
-        result = [np.empty(len(time)) for _ in self.gains]
+            return by_output(self._in_pieces(states, time, index, elapsed, periods))
+        result = [np.empty((*self.cases, len(time))) for _ in self.lag]
         for place, (first, last) in enumerate(zip(begins, [*begins[1:], len(time)], strict=True)):
-            where, period = index[first], periods[first]
-            if last - first < _LONG and gentle[place]:
-                decays = exponentials(self.rates, elapsed[first:last])
-                sums = weights[:, place, 1:] @ decays + weights[:, place, :1] * elapsed[first:last]
-                sums[:, elapsed[first:last] == 0] = at_begin[:, place, None]  # exactly 0 from rest
-                for row, each in zip(result, sums, strict=True):
-                    row[first:last] = each
+            since, now = elapsed[first:last], slice(first, last)
+            if gentle[place]:
+                line, of_modes = np.split(weights[..., place, :], [2], axis=-1)
+                rows = fading(of_modes, self.rates, since, line=line, late=float(time[-1]))
+                for row, each, exact in zip(result, rows, by_output(at_begin), strict=True):
+                    row[..., now] = each
+                    if since[0] == 0:  # exactly 0 from rest
+                        row[..., first] = exact[..., place]
                 continue
+            where, period = index[first], periods[first]
             start = float(part.times[where] + period * (part.period or 0.0))
 
             def evaluate(
@@ -131,9 +151,10 @@ class SharedModes:
                 same = np.zeros(len(since), np.intp)
                 return self._in_pieces(states, start + since, same + where, since, same + period)
 
-            found = graded(evaluate, elapsed[first:last], float(np.max(self.rates)))
+            fastest = float(np.max(self.rates))
+            found = by_output(evaluate(since)) if self.cases else graded(evaluate, since, fastest)
             for row, each in zip(result, found, strict=True):
-                row[first:last] = each
+                row[..., now] = each
         return result
 
     def _recursion(
@@ -170,32 +191,52 @@ class SharedModes:
     ) -> tuple[Real, Real, NDArray[np.bool_]]:
         """Return slope, level and weights of the exponentials in some pieces, and which pieces these represent to rounding.
 
-        `longest` is the longest time since the begin of a piece [s]. Returns `weights` (outputs, pieces, 2 + modes), and what
-        they are at the begin of each piece without differences of large numbers, shape (outputs, pieces).
+        `longest` is the longest time since the begin of a piece [s]. Returns `weights` (..., outputs, pieces, 2 + modes), and
+        what they are at the begin of each piece without differences of large numbers, shape (..., outputs, pieces).
         With a drive v + v' s every mode is v + v' s + lag, and the lag (lag_0 + v'/r) exp(-r s) - v'/r.
         """
         part = states.part
         level, slopes = part.after[index], part.slope_of(index)
         begins = part.times[index] + periods * (part.period or 0.0)
-        bends = slopes[:, None] / self.rates
-        started_with = states.lags(np.eye(len(self.rates)), begins).T
-        lags = started_with + bends
-        follows = (self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=1)))[:, None]
-        moved, started = follows * slopes, follows * level - self.gains @ bends.T
-        parts = [moved[..., None], started[..., None], self.gains[:, None] * lags]
-        gentle = np.max(np.abs(bends), axis=1, initial=0.0) <= _STEEP * np.max(np.abs(part.after))
+        bends = slopes / self.rates[..., None]
+        started_with = states.lags(begins).reshape(*self.rates.shape, -1)
+        follows = self.follows[..., None]
+        moved, started = follows * slopes, follows * level - over_modes(self.gains, bends)
+        weights = self.gains[..., :, None, :] * np.swapaxes(started_with + bends, -1, -2)[..., None, :, :]
+        lines = np.broadcast_arrays(moved[..., None], started[..., None], weights[..., :1])
+        around = tuple(range(bends.ndim - 1))
+        gentle = np.max(np.abs(bends), axis=around, initial=0.0) <= _STEEP * np.max(np.abs(part.after))
         gentle &= np.min(self.rates, initial=np.inf) * longest >= 1 / _STEEP
-        return np.concatenate(parts, axis=2), follows * level + self.gains @ started_with.T, gentle
+        found = np.concatenate(
+            [*lines[:2], np.broadcast_to(weights, (*lines[0].shape[:-1], weights.shape[-1]))], axis=-1
+        )
+        return found, follows * level + over_modes(self.gains, started_with), gentle
 
     def _in_pieces(
         self, states: BreakStates, time: Real, index: Indices, elapsed: Real, periods: Indices
     ) -> Real:
-        """Return the outputs at times in known pieces, shape (outputs, n) [V]."""
+        """Return the outputs at times in known pieces, shape (..., outputs, n) [V]."""
         now = states.part.after[index] + elapsed * states.part.slope_of(index)
-        found = np.outer(self.direct, now)
-        found[self.lag] += states.lags(self.gains[self.lag], time)
-        found[~self.lag] += states.sums(self.gains[~self.lag], index, elapsed, periods)
+        found = np.zeros((*self.cases, len(self.lag), len(time)))
+        found += self.direct[..., None] * now
+        for lag in {*self.lag.tolist()}:
+            own = np.flatnonzero(self.lag == lag)
+            gains = np.take(self.gains, own, axis=-2)
+            sums = np.empty((*self.cases, len(own), len(time)))
+            for some in chunks(len(time), self.rates.size):
+                rows = (
+                    states.lags(time[some])
+                    if lag
+                    else states.sums(index[some], elapsed[some], periods[some], now[some])
+                )
+                sums[..., some] = over_modes(gains, rows.reshape(*self.rates.shape, -1))
+            found[..., own, :] += sums
         return found
+
+    @functools.cached_property
+    def follows(self) -> Real:
+        """Outputs under a constant drive of 1, to which all modes have settled, shape (..., outputs)."""
+        return np.asarray(self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=-1)))
 
 
 def chunks(samples: int, modes: int) -> list[slice]:
@@ -245,9 +286,9 @@ class BreakStates:
     ----------
     part : Linear
         The pieces.
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
-    state : ndarray, shape (modes,), or None
+    rates : ndarray, shape (modes,) or (cases, modes)
+        Rates of the modes [1/s], > 0; their states are those of all cases in one row.
+    state : ndarray, shape of `rates`, or None
         States at time 0 [V]; None for the periodic state.
     wanted : ndarray of int, optional
         Breaks at which the states will be asked for; by default all.
@@ -263,16 +304,16 @@ class BreakStates:
         wanted: Indices | None = None,
         passed: dict[int, Real] | None = None,
     ) -> None:
-        self.part, self.rates, rest = part, rates, np.zeros(len(rates))
-        self.state = rest if state is None else state
+        self.part, self.rates, rest = part, rates.ravel(), np.zeros(rates.size)
+        self.state = rest if state is None else state.ravel()
         repeats = part.period is not None
         every = repeats or len(part.times) <= _FEW_BREAKS
         self.places = None if every or wanted is None else np.unique(wanted)
         self.states = self._found(passed or {0: rest if repeats else self.state})
         self.settled = None
         if part.period is not None:
-            self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
-            self.state = self.settled if state is None else state
+            self.settled = self.states[:, -1] / -np.expm1(-self.rates * part.period)
+            self.state = self.settled if state is None else self.state
 
     def _found(self, passed: dict[int, Real]) -> Real:
         """Return the states at the wanted breaks, each from the last break before it where they are known, (modes, places)."""
@@ -292,8 +333,8 @@ class BreakStates:
                 stretch = slice(begin, max(int(places[own][-1]), begin + 1))
             steps = part.lengths[stretch] if part.step is None else part.step
             given = part.after[:-1][stretch], part.before[1:][stretch], steps
-            for first in range(0, len(rates), _MODES_AT_ONCE):
-                some = slice(first, first + _MODES_AT_ONCE)
+            for first in range(0, len(rates), MODES_AT_ONCE):
+                some = slice(first, first + MODES_AT_ONCE)
                 state = passed[begin][some]
                 found = states_at(-rates[some], *given, state, places[own] - begin, record=len(part.times))
                 states[some, own] = found
@@ -325,26 +366,19 @@ class BreakStates:
         decayed: Real = states + begins * np.exp(-np.outer(self.rates, self.part.times[index]))
         return decayed
 
-    def sums(self, gains: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
-        """Compute sums of gain x over modes at times in known pieces, shape (outputs, n) [V]; `gains` (outputs, modes)."""
-        part, rates = self.part, self.rates
-        result = np.zeros((len(gains), len(index)))
-        now = part.after[index] + elapsed * part.slope_of(index)
-        for piece in chunks(len(index), len(rates)) if len(gains) else []:
-            decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
-            known = self.at(index[piece], periods[piece])
-            result[:, piece] = gains @ (decay * known + begin * part.after[index[piece]] + end * now[piece])
-        return result
+    def sums(self, index: Indices, elapsed: Real, periods: Indices, now: Real) -> Real:
+        """Compute the states at times in known pieces, `now` being the drive there, shape (modes, n) [V]."""
+        if not np.any(elapsed):
+            return self.at(index, periods)
+        decay, begin, end = hold_weights(-self.rates[:, None] * elapsed)
+        return np.asarray(decay * self.at(index, periods) + begin * self.part.after[index] + end * now)
 
-    def lags(self, gains: Real, time: Real) -> Real:
-        """Compute sums of gain (x - v) over modes, v being the drive, shape (outputs, n) [V]; `gains` (outputs, modes).
+    def lags(self, time: Real) -> Real:
+        """Compute the states less the drive at increasing times, shape (modes, n) [V].
 
-        At a break they follow from the piece before it, where they are no small difference of x and v.
+        At a break they follow from the piece before it, where they are no small difference of two large numbers.
         """
-        part, rates = self.part, self.rates
-        result = np.zeros((len(gains), len(time)))
-        if not result.size:
-            return result
+        part, rates = self.part, self.rates[:, None]
         index, elapsed = part.locate(time)
         periods = part.count_periods(time)
         back = (elapsed == 0) & ((index > 0) | (periods > 0))
@@ -353,84 +387,7 @@ class BreakStates:
         periods = periods - (back & (index == 0))
         elapsed = np.where(back, part.length_of(before), elapsed)
         reached = part.before[np.where(index > 0, index, -1)]
-        jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
-        for piece in chunks(len(time), len(rates)):
-            fallen = np.expm1(-rates[:, None] * elapsed[piece])
-            since = self.at(before[piece], periods[piece]) - part.after[before[piece]]
-            lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
-            result[:, piece] = gains @ lag
-        return result
-
-
-def exponentials(rates: Real, since: Real) -> Real:
-    """Return 1 and exp(-rate s) of modes at increasing times s [s], shape (1 + modes, n), 0 where it is below rounding."""
-    found = np.zeros((1 + len(rates), len(since)))
-    found[0] = 1.0
-    for row, rate, last in zip(found[1:], rates, np.searchsorted(since, _DECAYED / rates), strict=True):
-        np.exp(-rate * since[:last], out=row[:last])
-    return found
-
-
-def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:
-    """Compute sums of relaxations at many times by interpolation between a few.
-
-    `evaluate` returns them at any times [s], shape (outputs, times); `since` (n,) [s] are increasing times after a corner, and
-    `fastest` is the largest rate [1/s].
-    """
-    if len(since) <= STRETCHES * FEW_TIMES:
-        return list(evaluate(since))
-    doublings = int(np.ceil(np.log2(max(float(since[-1]) * fastest, 1.0)))) + 1
-    growing = 2.0 ** np.arange(doublings)[:, None] * (1 + np.arange(STRETCHES) / STRETCHES)
-    marks = np.concatenate([np.arange(1, STRETCHES) / STRETCHES, growing.ravel()]) / fastest
-    edges = np.unique(np.concatenate([[0], np.searchsorted(since, marks), [len(since)]]))
-    longer = np.diff(edges) > FEW_TIMES
-    nodes, to_coefficients = chebyshev_rule(GRADED_DEGREE)
-    first, last = since[edges[:-1]][longer], since[edges[1:] - 1][longer]
-    middle, half = (first + last) / 2, (last - first) / 2
-    scale = np.where(half > 0, half, 1.0)  # times that differ by less than their rounding
-    alone = np.repeat(~longer, np.diff(edges))
-    at_nodes = evaluate((middle[:, None] + half[:, None] * nodes).ravel())
-    found = [np.empty(len(since)) for _ in at_nodes]
-    if np.any(alone):
-        for row, each in zip(found, evaluate(since[alone]), strict=True):
-            row[alone] = each
-    coefficients = at_nodes.reshape(len(at_nodes), -1, GRADED_DEGREE + 1) @ to_coefficients.T
-    for place, (begin, end) in enumerate(
-        zip(edges[:-1][longer].tolist(), edges[1:][longer].tolist(), strict=True)
-    ):
-        for at in range(begin, end, _AT_ONCE):
-            some = slice(at, min(at + _AT_ONCE, end))
-            powers = np.polynomial.chebyshev.chebvander(
-                (since[some] - middle[place]) / scale[place], GRADED_DEGREE
-            )
-            for row, each in zip(found, coefficients[:, place] @ powers.T, strict=True):
-                row[some] = each
-    return found
-
-
-@functools.cache
-def chebyshev_rule(degree: int) -> tuple[Real, Real]:
-    """Return the nodes of the first kind, increasing from -1 to 1, and the matrix from values there to coefficients."""
-    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
-    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
-
-
-def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
-    """Compute the sum of weight exp(-rate t) over modes.
-
-    `weights` (outputs, modes), `rates` (modes,) [1/s], `since` (n,) [s]; returns one array (n,) for each output.
-    """
-
-    def evaluate(moments: Real) -> Real:
-        found = np.empty((len(weights), len(moments)))
-        length = max(1, _HELD // len(rates))
-        for first in range(0, len(moments), length):
-            some = moments[first : first + length]
-            left = rates * some[0] < _FORGOTTEN
-            found[:, first : first + length] = weights[:, left] @ np.exp(-np.outer(rates[left], some))
-        return found
-
-    fastest = float(np.max(rates, initial=0.0))
-    if not len(since) or not fastest:
-        return [np.full(len(since), total) for total in weights.sum(axis=1)]
-    return graded(evaluate, since, fastest)
+        jump = np.where(back, part.after[index] - reached, 0.0)
+        fallen = np.expm1(-rates * elapsed)
+        since = self.at(before, periods) - part.after[before]
+        return np.asarray((1 + fallen) * since + part.slope_of(before) * fallen / rates - jump)

@@ -15,6 +15,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Chirped, Linear, Part, Smooth, Tones, cosine_and_sine, even_step
+from electrovib.solve.electrics.fading import by_output, fading, over_modes
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
 from electrovib.solve.electrics.solution import (
     CURRENT_DRIVE,
@@ -25,11 +26,18 @@ from electrovib.solve.electrics.solution import (
     Solution,
     name_interface,
 )
-from electrovib.solve.electrics.straight import SharedModes, fading
+from electrovib.solve.electrics.straight import SharedModes
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
-from electrovib.solve.stack.transfer import INTEGRATING, Transfer, integral_weight, without_integrators
+from electrovib.solve.stack.modes import blocked, stacked
+from electrovib.solve.stack.transfer import (
+    INTEGRATING,
+    Transfer,
+    integral_weight,
+    row_of,
+    without_integrators,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -39,13 +47,16 @@ if TYPE_CHECKING:
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.fading import Rows
     from electrovib.solve.electrics.solution import Method, Question
-    from electrovib.solve.electrics.straight import InStretches, Rows
+    from electrovib.solve.electrics.straight import InStretches
     from electrovib.solve.stack.keys import Key
 
 SAME_RATE: Final = 1e-8
 """Relative distance below which two rates count as equal, and are moved apart by twice as much."""
 K = TypeVar("K")
+ALONE: Final = 8000
+"""Number of times from which cases are computed one after the other, so that a record of one stays in the cache."""
 _MANY: Final = 10_000
 """Number of times from which it saves work to find outputs that are multiples of others."""
 _SAME: Final = 4 * float(np.finfo(float).eps)
@@ -54,7 +65,7 @@ _SAME: Final = 4 * float(np.finfo(float).eps)
 def transient(
     transfers: Mapping[K, Transfer], drive: Drive, time: Real, *, settled: bool = False
 ) -> dict[K, Real]:
-    """Compute the response of linear quantities to a drive.
+    """Compute the response of linear quantities to a drive, each (n,) or (cases, n).
 
     `time` (n,) [s].
 
@@ -63,15 +74,30 @@ def transient(
     is then not the difference of two large ones. From rest an integrator is exact as one more slow mode; in the
     periodic state its charge is counted from its own mean, because the drive does not determine a constant charge.
     """
-    if settled:
-        refuse_unrepeated(drive)
-    weights = {name: integral_weight(transfer) for name, transfer in transfers.items()} if settled else {}
-    if any(weights.values()):
-        integral = settled_integral(drive, time)
-        relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
-        rest = transient(relaxing, drive, time, settled=True)
-        return {name: row + weights[name] * integral for name, row in rest.items()}
-    return Response(transfers, drive.parts(), settled=settled).at(time)
+    if not settled:
+        return Response(transfers, drive.parts()).at(time)
+    refuse_unrepeated(drive)
+    integral = settled_integral(drive, time) if is_integrating(transfers) else None
+    return settled_response(transfers, drive.parts(), time, integral)
+
+
+def is_integrating(transfers: Mapping[Any, Transfer]) -> bool:
+    """Return whether a linear quantity integrates the drive."""
+    return any(np.any(integral_weight(each)) for each in transfers.values())
+
+
+def settled_response(
+    transfers: Mapping[K, Transfer], parts: Sequence[Part], time: Real, integral: Real | None
+) -> dict[K, Real]:
+    """Compute the response of linear quantities in the periodic state.
+
+    `integral` (n,) is that of the drive over time, without its mean, where a quantity integrates it [V s].
+    """
+    if integral is None:
+        return Response(transfers, parts, settled=True).at(time)
+    relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
+    rest = Response(relaxing, parts, settled=True).at(time)
+    return {name: row + integral_weight(transfers[name]) * integral for name, row in rest.items()}
 
 
 class Response:
@@ -84,21 +110,24 @@ class Response:
         self, transfers: Mapping[Any, Transfer], parts: Sequence[Part], *, settled: bool = False
     ) -> None:
         self.parts, self.settled = parts, settled
-        self.slopes = {name: each.slope for name, each in transfers.items() if each.slope}
+        self.slopes = {name: each.slope for name, each in transfers.items() if np.any(each.slope)}
         self.groups: list[tuple[list[Any], Real, Real, SharedModes]] = []
-        together: dict[bytes, list[Any]] = {}  # quantities with the same modes, which are computed once
+        together: dict[Any, list[Any]] = {}  # quantities with the same modes, which are computed once
         for name, transfer in transfers.items():
-            together.setdefault(transfer.rates.tobytes(), []).append(name)
+            together.setdefault((transfer.rates.shape, transfer.rates.tobytes()), []).append(name)
         for names in together.values():
             group = [transfers[name] for name in names]
             rates = group[0].rates
             lag = np.array([each.static is not None for each in group])
-            direct = np.array([each.direct if each.static is None else each.static for each in group])
-            gains, free = np.array([each.gains for each in group]), np.array([each.free for each in group])
-            active = np.any(gains != 0, axis=0) & (rates > 0)
-            left = free * (rates == 0) if settled else free  # settled: only trapped charge remains
+            levels = [each.direct if each.static is None else each.static for each in group]
+            direct = stacked([row_of(level) for level in levels])[..., 0]
+            gains, free = stacked([each.gains for each in group]), stacked([each.free for each in group])
+            active = np.any(gains != 0, axis=tuple(range(gains.ndim - 1))) & ~blocked(rates)
+            left = (
+                np.where(rates[..., None, :] == 0, free, 0.0) if settled else free
+            )  # settled: trapped charge
             self.groups.append(
-                (names, rates, left, SharedModes(rates[active], gains[:, active], direct, lag))
+                (names, rates, left, SharedModes(rates[..., active], gains[..., active], direct, lag))
             )
 
     def at(self, time: Real) -> dict[Any, Real]:
@@ -111,17 +140,21 @@ class Response:
         The arrays of a stretch hold no more than its times, so that all that is made of them is made in the cache.
         """
         driven = [
-            self._driven(modes, time) if len(time) < _MANY else self._driven_once(modes, time)
+            self._driven_once(modes, time)
+            if len(time) >= _MANY and not modes.cases
+            else self._driven(modes, time)
             for *_, modes in self.groups
         ]
-        now = np.sum([part.slope(time) for part in self.parts], axis=0) if self.slopes else np.zeros(0)
+        now = np.zeros(len(time) if self.slopes else 0)
+        if self.slopes:
+            now = sum((part.slope(time) for part in self.parts), now)
 
         def through(stretch: slice) -> dict[Any, Real]:
             result: dict[Any, Real] = {}
             for (names, rates, left, _), rows_of in zip(self.groups, driven, strict=True):
                 rows = rows_of(stretch)
                 if np.any(left):
-                    more = fading(left, rates, time[stretch])
+                    more = fading(left, rates, time[stretch], late=float(time[-1]))
                     rows = [row + each for row, each in zip(rows, more, strict=True)]
                 result |= zip(names, rows, strict=True)
             for name, slope in self.slopes.items():
@@ -158,7 +191,7 @@ class Response:
             if len(found) == 1:
                 return found[0]
             nothing = np.zeros(len(time[stretch]))
-            return [sum((rows[place] for rows in found), nothing) for place in range(len(modes.direct))]
+            return [sum((rows[place] for rows in found), nothing) for place in range(len(modes.lag))]
 
         return through
 
@@ -172,15 +205,17 @@ def how_it_begins(drive: Drive, *, settled: bool) -> str:
 
 def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> InStretches:
     """Return the response to one part [V] in stretches of the times."""
-    rates, direct = modes.rates, modes.direct
-    if not len(rates) or (settled and part.is_step):  # a constant to which the modes have settled
-        follows, value = direct + np.where(modes.lag, 0.0, modes.gains.sum(axis=1)), part.value(time)
-        return lambda stretch: np.outer(follows, value[stretch])
+    if not modes.rates.shape[-1] or (settled and part.is_step):  # a constant to which the modes have settled
+        value = part.value(time)
+        return lambda stretch: by_output(modes.follows[..., None] * value[stretch])
+    is_formula = not isinstance(part, Linear | Tones)
+    if modes.cases and (is_formula or len(time) >= ALONE):
+        return modes.in_groups(1, lambda one: _of_part(one, part, time, settled=settled))
     match part:
         case Tones():
             return lambda stretch: _tones(part, modes, time[stretch], settled=settled)
         case Linear():
-            return modes.along(part, time, None if settled else np.zeros(len(rates)))
+            return modes.along(part, time, None if settled else np.zeros(modes.rates.shape))
     whole = _formula(modes, part, time)
     return lambda stretch: whole[:, stretch]
 
@@ -200,40 +235,41 @@ def _formula(modes: SharedModes, part: Smooth, time: Real) -> Real:
     return found
 
 
-def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> list[Real]:
+def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> Rows:
     """Return the steady state of each tone, minus its modes' value at the switching times, which decays from there."""
     angular = 2j * np.pi * part.frequencies
-    response = np.asarray(modes.rates[:, None] / (modes.rates[:, None] + angular), complex)  # of mode to tone
-    lagging = -angular / (modes.rates[:, None] + angular)
-    modal = np.where(modes.lag[:, None], modes.gains @ lagging, modes.gains @ response)
-    steady = (modes.direct[:, None] + modal) * part.amplitudes
+    response = np.asarray(
+        modes.rates[..., None] / (modes.rates[..., None] + angular), complex
+    )  # of mode to tone
+    lagging = -angular / (modes.rates[..., None] + angular)
+    modal = np.where(modes.lag[:, None], over_modes(modes.gains, lagging), over_modes(modes.gains, response))
+    steady = (modes.direct[..., None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = slice(*np.searchsorted(time, [start, part.stop]))
     begin, end = (
-        modes.gains * (response @ (part.amplitudes * np.exp(angular * switched))).real
+        modes.gains * (response @ (part.amplitudes * np.exp(angular * switched))).real[..., None, :]
         if np.isfinite(switched)
         else np.zeros_like(modes.gains)
         for switched in (start, part.stop)
     )
-    if on == slice(0, len(time)) and (step := even_step(time)) is not None:
+    if not modes.cases and on == slice(0, len(time)) and (step := even_step(time)) is not None:
         since = start if np.isfinite(start) else 0.0
         return _in_products(part.frequencies, steady, -begin, modes.rates, time, step=step, since=since)
-    found = [np.empty(len(time)) for _ in steady]
-    for row in found:
-        row[: on.start] = row[on.stop :] = 0.0
+    found = [np.zeros((*modes.cases, len(time))) for _ in modes.lag]
     waves = [wave for frequency in part.frequencies.tolist() for wave in cosine_and_sine(frequency, time[on])]
-    shares = np.stack([steady.real, -steady.imag], axis=2).reshape(len(steady), -1)
-    length = max(1, PRODUCT // max(1, shares.size))
+    shares = np.stack([steady.real, -steady.imag], axis=-1).reshape(*steady.shape[:-1], -1)
+    length = max(1, PRODUCT // max(1, shares.shape[-2] * shares.shape[-1]))
     for first in range(on.start, on.stop, length):
         some = slice(first, min(first + length, on.stop))
         seen = [wave[some.start - on.start : some.stop - on.start] for wave in waves]
-        for row, each in zip(found, shares @ np.stack(seen), strict=True):
-            row[some] = each
+        for row, each in zip(found, by_output(over_modes(shares, np.stack(seen))), strict=True):
+            row[..., some] = each
     for switched, then in ((start, -begin), (part.stop, end)):
         if np.isfinite(switched):
             first = int(np.searchsorted(time, switched))
-            for row, left in zip(found, fading(then, modes.rates, time[first:] - switched), strict=True):
-                row[first:] += left
+            fades = fading(then, modes.rates, time[first:] - switched, late=float(time[-1]))
+            for row, left in zip(found, fades, strict=True):
+                row[..., first:] += left
     return found
 
 
@@ -303,7 +339,7 @@ def along_linear(question: Question) -> Along | None:
         refuse_unrepeated(drive)
     if amplifier is not None:
         transfers = amplified(transfers, amplifier)
-    if settled and any(integral_weight(each) for each in transfers.values()):
+    if settled and is_integrating(transfers):
         return None
     method, reason = _how_linear(drive, amplifier=amplifier, settled=settled)
     response, voltage = Response(transfers, drive.parts(), settled=settled), drive.voltage(times)

@@ -16,7 +16,8 @@ import numpy as np
 from electrovib.physics.drive.parts import Linear
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import total_pull
-from electrovib.solve.electrics.straight import BreakStates, exponentials
+from electrovib.solve.electrics.fading import exponentials
+from electrovib.solve.electrics.straight import BreakStates
 from electrovib.solve.electrics.transient import Response
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class ExponentialSum:
         edges = np.searchsorted(index, np.arange(len(self.part.times) + 1)).tolist()
         places = [(piece, slice(*ends)) for piece, ends in enumerate(pairwise(edges)) if ends[0] < ends[1]]
         return [
-            TimesInPiece(piece, some, elapsed[some], exponentials(self.rates[1:], elapsed[some]))
+            TimesInPiece(piece, some, elapsed[some], exponentials(self.rates, elapsed[some]))
             for piece, some in places
         ]
 

@@ -3,36 +3,39 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.tables import derived_at
+from electrovib.physics.drive.parts import Tones
 from electrovib.physics.stack import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone, of_one_sine
 from electrovib.solve.electrics.solution import linear_quantities
-from electrovib.solve.electrics.straight import periodic_state
+from electrovib.solve.electrics.transient import Response, is_integrating, settled_response
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import under_force
-from electrovib.solve.population.drive import PiecewiseDrive, first_order_hold_many
 from electrovib.solve.rough_contact.solved import contact_of_each
+from electrovib.solve.stack.harmonics import integral_of, mean_of
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, amplitudes_among
 from electrovib.solve.stack.section import total_of
-from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
+from electrovib.solve.stack.transfer import NotInArraysError, Transfer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from electrovib.core.arrays import Complex, Real
-    from electrovib.physics.drive.parts import Linear
+    from electrovib.core.arrays import Real
+    from electrovib.physics.drive.parts import Part
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
 K = TypeVar("K")
+DrivenBy: TypeAlias = "Sequence[tuple[Any, Sequence[Part]]]"
+"""Factors, 1 or a column (fingers, 1), and drives, whose sum is the drive of some fingers."""
 LAYERED: Final[dict[str, type[FieldOf | DisplacementOf]]] = {"field": FieldOf, "displacement": DisplacementOf}
 OF_FIELDS: Final = frozenset({*LAYERED, "interface_field", "stack_voltage", "current"})
 """Signals of the stack that are linear in the drive."""
@@ -109,28 +112,20 @@ def _keys(member: Scenario, name: str) -> list[Key]:
     return [FieldOf(member.stack.gap_name or INTERFACE) if name == "interface_field" else name]
 
 
-def responses(
-    asked: Mapping[Key, Transfer], driven: list[tuple[slice, list[tuple[Any, PiecewiseDrive]]]]
-) -> dict[Key, Real]:
-    """Return the linear quantities of fingers over time; `driven` as in `over_time`."""
-    each = [respond(some_of(asked, some), terms) for some, terms in driven]
-    return {key: _below([row[key] for row in each]) for key in asked}
-
-
 def over_time(
     member: Scenario,
     known: Mapping[Key, Real],
-    driven: list[tuple[slice, list[tuple[Any, PiecewiseDrive]]]],
+    driven: Sequence[tuple[slice, DrivenBy]],
+    time: Real,
     names: tuple[str, ...],
 ) -> dict[str, Any]:
     """Return signals over time of fingers from their linear quantities.
 
-    `driven` are factors and drives, whose sum is the drive of a range of them.
+    `driven` are factors and drives, whose sum is the drive of a range of them; `time` (n,) [s].
     """
-    time = driven[0][1][0][1].timing.outputs
     rows: dict[Any, Any] = dict(known)
     if not member.force.causal:
-        rows |= _of_one_sine(member, driven[0][1])
+        rows |= _of_one_sine(member, driven[0][1], time)
     found: dict[str, Any] = {}
     amplitudes = amplitudes_among(rows)
     force: Any = attraction(member, total_pull(member, amplitudes), time) if amplitudes else None
@@ -140,8 +135,7 @@ def over_time(
         elif name == "lateral_force":
             found[name] = _friction(member, time, force)
         elif name == "drive_voltage":
-            own = [total_of(factor * drive.values() for factor, drive in terms) for _, terms in driven]
-            found[name] = _below([np.atleast_2d(row) for row in own])
+            found[name] = below([_voltage(terms, time) for _, terms in driven])
         elif name == "normal_force":
             found[name] = member.load.forces(time)
         elif name == "sliding_speed":
@@ -158,59 +152,66 @@ def _friction(member: Scenario, time: Real, force: Real) -> Real:
     return chain.known(chain.steady(time, force))
 
 
-def _below(rows: list[Real]) -> Real:
+def below(rows: list[Real]) -> Real:
     """Return rows of ranges of fingers below each other."""
-    return rows[0] if len(rows) == 1 else np.concatenate(rows)
+    return rows[0] if len(rows) == 1 else np.concatenate([np.atleast_2d(row) for row in rows])
 
 
-def _of_one_sine(member: Scenario, terms: list[tuple[Any, PiecewiseDrive]]) -> dict[Key, Any]:
+def _voltage(terms: DrivenBy, time: Real) -> Real:
+    """Return the drive of fingers over time."""
+    values = [sum((part.value(time) for part in parts), np.zeros(len(time))) for _, parts in terms]
+    return np.asarray(total_of(factor * row for (factor, _), row in zip(terms, values, strict=True)))
+
+
+def _of_one_sine(member: Scenario, terms: DrivenBy, time: Real) -> dict[Key, Any]:
     """Return the amplitudes of a law that is defined by magnitudes at the frequency of one sine."""
     frequency, _ = loudest_tone(member)
-    timing = terms[0][1].timing
-    tone: Any = total_of(
-        factor * drive.tones[timing.frequencies == frequency].sum() for factor, drive in terms
-    )
-    return of_one_sine(member, frequency, tone * np.exp(2j * np.pi * frequency[0] * timing.outputs))
 
+    def amplitude(parts: Sequence[Part]) -> complex:
+        tones = [part for part in parts if isinstance(part, Tones)]
+        return complex(sum(part.amplitudes[part.frequencies == frequency].sum() for part in tones))
 
-def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, PiecewiseDrive]]) -> dict[K, Real]:
-    """Compute the response of linear quantities to a sum of drives with factors.
-
-    `terms` are factors, 1 or a column (fingers, 1), and drives with common timing; returns rows (fingers, n), or
-    (1, n) for what does not differ.
-    """
-    factors, drives = zip(*terms, strict=True)
-    return of_factors(per_unit(transfers, drives), factors)
+    tone: Any = total_of(factor * amplitude(parts) for factor, parts in terms)
+    return of_one_sine(member, frequency, tone * np.exp(2j * np.pi * frequency[0] * time))
 
 
 def per_unit(
-    transfers: Mapping[K, Transfer], drives: Sequence[PiecewiseDrive]
-) -> dict[K, tuple[Real | None, list[Real]]]:
-    """Return the response of linear quantities to charge alone, None without it, and to each of some drives."""
-    known: dict[Any, Real] = {}
-    return {
-        key: (
-            _left(each, drives[0]) if np.any(each.free) else None,
-            [_driven(each, drive, known) for drive in drives],
-        )
-        for key, each in transfers.items()
-    }
+    transfers: Mapping[K, Transfer], drives: Mapping[str, Sequence[Part]], time: Real, *, settled: bool
+) -> dict[K, list[Real]]:
+    """Return the response of linear quantities to each of some drives, (n,) or (fingers, n).
+
+    That of the empty path has the factor 1 in every finger, and initial charges respond with it.
+    """
+    found: dict[K, list[Real]] = {key: [] for key in transfers}
+    for path, parts in drives.items():
+        own = dict(transfers) if not path else {key: _without_charge(each) for key, each in transfers.items()}
+        integral = None
+        if settled and is_integrating(own):
+            if mean_of(parts):
+                raise NotInArraysError("the integral of a drive with a mean has no period")
+            integral = integral_of(parts, time)
+        rows = settled_response(own, parts, time, integral) if settled else Response(own, parts).at(time)
+        for key, row in rows.items():
+            found[key].append(row)
+    return found
+
+
+def _without_charge(transfer: Transfer) -> Transfer:
+    return replace(transfer, free=np.zeros(transfer.rates.shape[-1])) if np.any(transfer.free) else transfer
 
 
 def of_factors(
-    unit: Mapping[K, tuple[Real | None, list[Real]]], factors: Sequence[Any], stacks: Any = slice(None)
+    unit: Mapping[K, list[Real]], factors: Sequence[Any], stacks: Any = slice(None)
 ) -> dict[K, Real]:
     """Return the responses of fingers (fingers, n) to the sum of drives times factors, 1 or columns, with the stack of each."""
 
-    def of_fingers(rows: Real) -> Real:
-        return rows[stacks] if len(rows) > 1 else rows
+    def summed(rows: list[Real]) -> Real:
+        each = [row[stacks] if row.ndim > 1 and len(row) > 1 else row for row in rows]
+        return np.asarray(
+            total_of(row if np.ndim(one) == 0 else one * row for one, row in zip(factors, each, strict=True))
+        )
 
-    def summed(left: Real | None, rows: list[Real]) -> Real:
-        each = [of_fingers(row) for row in rows]
-        parts = [row if np.ndim(one) == 0 else one * row for one, row in zip(factors, each, strict=True)]
-        return np.asarray(total_of(parts if left is None else [*parts, of_fingers(left)]))
-
-    return {key: summed(*given) for key, given in unit.items()}
+    return {key: summed(rows) for key, rows in unit.items()}
 
 
 def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:
@@ -224,85 +225,3 @@ def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:
         key: replace(each, **{name: some(number) for name, number in vars(each).items()})
         for key, each in transfers.items()
     }
-
-
-def _rows(*arrays: Real) -> list[Real]:
-    """Return arrays (modes,) and (fingers, modes) as arrays of one shape (fingers, modes)."""
-    shape = np.broadcast_shapes(*(np.atleast_2d(each).shape for each in arrays))
-    return [np.broadcast_to(each, shape) for each in arrays]
-
-
-def _driven(transfer: Transfer, drive: PiecewiseDrive, known: dict[Any, Real]) -> Real:
-    """Return the response to a drive, without that to charge, shape (fingers or 1, n)."""
-    timing, lags = drive.timing, transfer.static is not None
-    if timing.settled and np.any(weight := integral_weight(transfer)):
-        if drive.mean:
-            raise NotInArraysError("the integral of a drive with a mean has no period")
-        relaxing = _driven(without_integrators(transfer), drive, known)
-        return np.asarray(relaxing + weight * drive.integral)
-    instant = np.atleast_2d(transfer.direct if transfer.static is None else transfer.static)
-    rates, gains = _rows(transfer.rates, transfer.gains, instant * np.ones(transfer.rates.shape[-1]))[:2]
-    active = np.any(gains != 0, axis=0)
-    rates, gains = rates[:, active], gains[:, active]
-    state = np.zeros(rates.shape)
-    for place, part in enumerate(drive.repeated()):  # computed once for modes in common
-        key = id(transfer.rates), id(drive), place
-        if key not in known:
-            known[key] = _periodic(part, np.atleast_2d(transfer.rates))
-        state = state + gains * known[key][:, active]
-    if lags:  # gain (x - v) in the place of gain x
-        state = state - gains * drive.voltage[0]
-    if not timing.settled:
-        state = state - gains * _tones_at_start(drive, rates)
-    found = np.zeros((len(rates), len(timing.outputs)))
-    if timing.is_straight or np.any(state):
-        direct = np.broadcast_to(instant, (len(rates), 1))[:, 0]
-        found = _stepped(drive, rates, gains if lags else gains * rates, direct, state, lags=lags)
-        found = found + transfer.slope * drive.slopes if np.any(transfer.slope) else found
-    if drive.level:
-        found = found + np.atleast_1d(transfer.at(0.0)).real[:, None] * drive.level
-    if len(timing.frequencies):
-        found = found + in_tones(transfer, timing.frequencies, drive.tones, timing.waves)
-    return found
-
-
-def in_tones(transfer: Transfer, frequencies: Real, tones: Complex, waves: Real) -> Real:
-    """Return the response to sines that have always been on, shape (fingers or 1, n).
-
-    `frequencies` (tones,) or (tones, fingers) [Hz]; `tones` (tones,) or (fingers, tones) [V]; `waves` (2 tones, n) or
-    (fingers, 2 tones, n), cosines and minus sines at the outputs.
-    """
-    gain = np.stack([np.atleast_1d(transfer.at(each)) for each in frequencies], axis=1)
-    own = gain * tones
-    shares = np.concatenate([own.real, own.imag], axis=1)
-    return np.asarray(shares @ waves if waves.ndim == 2 else (shares[:, None] @ waves)[:, 0])
-
-
-def _tones_at_start(drive: PiecewiseDrive, rates: Real) -> Real:
-    """Return the states of modes at time 0 in the steady state of all sines."""
-    tones = zip(drive.timing.frequencies.tolist(), drive.tones.tolist(), strict=True)
-    steady = ((rates * tone / (rates + 2j * np.pi * frequency)).real for frequency, tone in tones)
-    return np.asarray(sum(steady, start=np.zeros(rates.shape)))
-
-
-def _periodic(part: Linear, rates: Real) -> Real:
-    """Return the states of modes (fingers, modes) at the beginning of a period; the drive does not excite trapped charge."""
-    return periodic_state(part, np.where(rates > 0, rates, 1.0).ravel()).reshape(rates.shape)
-
-
-def _left(transfer: Transfer, drive: PiecewiseDrive) -> Real:
-    """Return the response to charge at time 0; in the periodic state only trapped charge remains."""
-    rates, free = _rows(transfer.rates, transfer.free)
-    left = np.where(rates == 0, free, 0.0) if drive.timing.settled else free
-    nothing = PiecewiseDrive(drive.timing, np.zeros(len(drive.row)))
-    return _stepped(nothing, rates, np.zeros(rates.shape), np.zeros(len(rates)), left, lags=False)
-
-
-def _stepped(
-    drive: PiecewiseDrive, rates: Real, residues: Real, direct: Real, state: Real, *, lags: bool
-) -> Real:
-    """Return the response of modes to the straight pieces of a drive at its outputs."""
-    timing, rises = drive.timing, drive.rises if lags else None
-    return first_order_hold_many(
-        rates, residues, direct, state, drive.voltage, timing.steps, rises=rises, places=timing.places
-    )

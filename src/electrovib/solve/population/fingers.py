@@ -17,17 +17,18 @@ from electrovib.solve.one_by_one import KERNEL as ALONE
 from electrovib.solve.one_by_one import ParametricScenario, over_which
 from electrovib.solve.population.arrays import (
     OF_LAW,
+    DrivenBy,
     asked_of,
+    below,
     has_modes,
     of_factors,
     over_time,
     per_unit,
     refuse_beyond_arrays,
-    responses,
     some_of,
 )
 from electrovib.solve.population.columns import check_values, debye_of, shared_reductions, with_columns
-from electrovib.solve.population.drive import KERNEL, SharedDrive, piecewise_drive, shared_drive
+from electrovib.solve.population.drive import SharedDrive, shared_drive
 from electrovib.solve.stack.expand import Surroundings, modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.modes import is_there
@@ -43,11 +44,10 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
 
-TOGETHER: Final = (
-    "together: arrays over fingers (linear layers, a fixed gap, a drive of straight pieces or sines, friction without"
-    " memory)"
-)
+TOGETHER: Final = "together: arrays over fingers (linear layers, a fixed gap, friction without memory)"
 """Method that is stated where fingers are computed in arrays."""
+KERNEL: Final = f"numpy {np.__version__}"
+"""What computes fingers in arrays, with the version on which the last bits of results depend."""
 GRIDS: Final = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
 STACKS: Final = 1024
@@ -58,10 +58,6 @@ FEWEST: Final = 64
 """Smallest number of fingers whose responses are computed together."""
 AGREE: Final = 1e-11
 """Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
-LATE: Final = 1e-8
-"""The same, at most, where the rounding of late times is a share of the least step, after which a fast mode differs by it."""
-OF_CURRENT: Final = 1e-9
-"""The same of a current: rounding of the time decides what remains of the fastest mode after a corner, some 1e-10."""
 SCALED: Final = 1e-6
 """The same where a permittivity is scaled: the least squares of the scaled one end elsewhere within their own error, 1e-5."""
 _NUDGE: Final = 0.05
@@ -234,16 +230,14 @@ class Population:
         if absent := [path for path in free if not isinstance(begin[path], float)]:
             raise NotInArraysError(f"{absent[0]} has no value in the scenario")
         of_drive = {path: begin[path] for path in free if path.startswith("drive.")}
-        settled, band = scenario.time.settled, time if self._band is None else self._band
+        band = time if self._band is None else self._band
         self._largest: Any = scenario.drive.largest() if time is None else 0.0
         if time is not None or of_drive:
-            times = scenario.time.times(scenario.drive) if time is None else time
             try:
-                self.drive = shared_drive(scenario, of_drive, times, settled=settled)
+                self.drive = shared_drive(scenario, of_drive)
             except NotInArraysError:  # each finger may have a drive of its own
                 if time is None or not scenario.force.causal:
                     raise
-                piecewise_drive(scenario.drive, times, settled=settled)
         if time is None and self.drive is not None:
             self._largest = _largest_per_parameter(scenario, self.drive, begin)
         self._reduced = {}
@@ -271,7 +265,7 @@ class Population:
                 found = (
                     self._over_frequency(some, {path: each[part] for path, each in columns.items()})
                     if self.time is None
-                    else over_time(some, known, driven, self.names)
+                    else over_time(some, known, driven, self.time, self.names)
                 )
             size = part.stop - part.start
             for name, each in found.items():
@@ -287,23 +281,35 @@ class Population:
         stacks: Indices | None,
         *,
         block: int,
-    ) -> Iterator[tuple[slice, list[tuple[slice, list[Any]]], dict[Key, Real]]]:
+    ) -> Iterator[tuple[slice, list[tuple[slice, DrivenBy]], dict[Key, Real]]]:
         """Yield ranges of fingers, those of a stack beside each other, with their drive and linear quantities."""
-        if stacks is None or self.drive is None:
+        if self.time is None:
             for part in _ranges(0, count, block):
-                driven = self._driven({path: each[part] for path, each in columns.items()})
-                with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                    known = responses(some_of(asked, part), driven) if driven else {}
-                yield part, driven, known
+                yield part, [], {}
             return
+        settled = self.scenario.time.settled
+        if self.drive is None:
+            for part in _ranges(0, count, block):
+                driven = self._own_drives({path: each[part] for path, each in columns.items()})
+                some = some_of(asked, part)
+                rows = [
+                    per_unit(some_of(some, own), {"": parts}, self.time, settled=settled)
+                    for own, ((_, parts),) in driven
+                ]
+                yield part, driven, {key: below([each[key][0] for each in rows]) for key in asked}
+            return
+        drives = self.drive
+        if any(np.any(each.free) for each in asked.values()):
+            drives = {"": ()} | drives  # initial charges respond to no drive
+        stacks = np.arange(count) if stacks is None else stacks
         for own in _ranges(0, int(stacks[-1]) + 1, block):
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                unit = per_unit(some_of(asked, own), list(self.drive.values()))
+                unit = per_unit(some_of(asked, own), drives, self.time, settled=settled)
             begin, end = np.searchsorted(stacks, (own.start, own.stop)).tolist()
             for part in _ranges(begin, end, block):
-                driven = self._driven({path: each[part] for path, each in columns.items()})
-                factors = [factor for factor, _ in driven[0][1]]
-                yield part, driven, of_factors(unit, factors, stacks[part] - own.start)
+                factors = [columns[path][part] if path else 1.0 for path in drives]
+                driven = [(slice(None), list(zip(factors, drives.values(), strict=True)))]
+                yield part, driven, of_factors(unit, factors, _range(stacks[part] - own.start))
 
     def _stacks(self, draws: Mapping[str, Real]) -> tuple[Any, Indices | None]:
         """Return a finger for each stack, as they appear, and the stack of each finger; None where nobody shares one.
@@ -333,21 +339,16 @@ class Population:
             and not any(map(is_there, in_series))
         )
 
-    def _driven(self, columns: Mapping[str, Real]) -> list[tuple[slice, list[Any]]]:
-        """Return ranges of fingers, and the factors and drives that add up to the drive of each range."""
-        if self.time is None:
-            return []
-        if self.drive is not None:
-            return [(slice(None), [(columns.get(path, 1.0), each) for path, each in self.drive.items()])]
-        settled, found = self.scenario.time.settled, []
+    def _own_drives(self, columns: Mapping[str, Real]) -> list[tuple[slice, DrivenBy]]:
+        """Return the drive of each finger, which has times or frequencies of its own."""
+        found: list[tuple[slice, DrivenBy]] = []
         mine = {path: values[:, 0].tolist() for path, values in columns.items() if path.startswith("drive.")}
         for finger, values in enumerate(zip(*mine.values(), strict=True)):
             with self._lock:
                 drive = self.prepared.scenario(dict(zip(mine, values, strict=True))).drive
-            if settled:
+            if self.scenario.time.settled:
                 refuse_unrepeated(drive)
-            own = piecewise_drive(drive, self.time, settled=settled)
-            found.append((slice(finger, finger + 1), [(1.0, own)]))
+            found.append((slice(finger, finger + 1), [(1.0, drive.parts())]))
         return found
 
     def _over_frequency(self, member: Scenario, columns: Mapping[str, Real]) -> dict[str, Any]:
@@ -378,11 +379,8 @@ class Population:
                 f"a formula of the scenario does not run on arrays ({type(error).__name__})"
             ) from None
         is_scaled = any(each.is_scaled for each in self._reduced.values())
-        rounding = 0.0
-        if self.time is not None and len(self.time) > 1:
-            rounding = min(float(np.spacing(self.time[-1]) / np.min(np.diff(self.time))), LATE)
+        limit = SCALED if is_scaled else AGREE
         for name, rows in expected.items():
-            limit = SCALED if is_scaled else OF_CURRENT if name == "current" else AGREE + rounding
             for mine, its in zip(found[name], rows, strict=True):
                 if not _agree(mine, its, limit):
                     raise NotInArraysError(f"{name} in arrays differs from that of one finger")

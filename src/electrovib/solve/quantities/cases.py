@@ -21,7 +21,6 @@ from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import Solution, fields, linear_quantities, name_interface
 from electrovib.solve.expanded import LATER_PERIODS, Record
 from electrovib.solve.mechanics.mechanical import mechanical
-from electrovib.solve.population.arrays import in_tones
 from electrovib.solve.population.fingers import TOGETHER, Population
 from electrovib.solve.quantities.answer import QuantityNumbers, answer, judged
 from electrovib.solve.quantities.resolve import (
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Complex, Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.probes import Judged
     from electrovib.solve.expanded import Expanded
@@ -66,6 +65,8 @@ _MESHES: Final = 4
 """Meshes that are tried, each for the points that the one before does not resolve."""
 FEWEST_POINTS: Final = 32
 """Smallest number of points for which a mesh is made; fewer are evaluated one by one."""
+_ROUNDED: Final = 1e-9
+"""Most that the rounding of late times may add to the tolerance: points at once are those of each alone within it."""
 FEWEST: Final = 2
 """Smallest number of scenarios under tones that are computed at once."""
 MOST: Final = 1 << 15
@@ -98,7 +99,7 @@ def on_meshes(
             series = _series(mesh, many, names, of_points(draws, some))
             for each in names:
                 found[each.name][some] = taken_from(each.taken, mesh, series[each.key])
-            open_.append(some[~_resolved(series).all(axis=1)])
+            open_.append(some[~_resolved(mesh, series).all(axis=1)])
         left = np.concatenate(open_)
     return left
 
@@ -130,7 +131,7 @@ def _mesh(
         many = population_on(prepared, names, mesh, compared=True)
         if many.method != TOGETHER:
             return None
-        open_ = np.logical_not(_resolved(_series(mesh, many, names, draws)))
+        open_ = np.logical_not(_resolved(mesh, _series(mesh, many, names, draws)))
         finer = mesh.halved(np.any(open_, axis=0))
         if not open_.any() or not further or len(finer.times()) * len(open_) > _MOST_NUMBERS:
             break
@@ -148,9 +149,16 @@ def _series(
     return {key: mesh.series(row) for key, row in rows.items()}
 
 
-def _resolved(series: Mapping[tuple[str, str], Real]) -> NDArray[np.bool_]:
-    """Return which pieces of each case resolve all signals, shape (cases, pieces)."""
-    return np.asarray(np.max([relative_tails(each) for each in series.values()], axis=0) <= TOLERANCE)
+def _resolved(mesh: Mesh, series: Mapping[tuple[str, str], Real]) -> NDArray[np.bool_]:
+    """Return which pieces of each case resolve all signals, shape (cases, pieces), up to the rounding of their times."""
+    rounding = np.spacing(mesh.edges[..., 1:]) / mesh.lengths
+    found = []
+    for each in series.values():
+        sizes = np.abs(each)
+        largest = np.max(sizes.sum(axis=-1), axis=-1, keepdims=True)
+        moved = sizes[..., 1:].sum(axis=-1) / np.where(largest > 0, largest, 1.0)
+        found.append(relative_tails(each) <= TOLERANCE + np.minimum(rounding * moved, _ROUNDED))
+    return np.asarray(np.all(found, axis=0))
 
 
 def of_points(draws: Mapping[str, Real], points: Indices) -> dict[str, Real]:
@@ -289,7 +297,7 @@ class _Cases:
             for key in dict.fromkeys(each.key for each in names)
         }
         finite = [np.isfinite(each).all(axis=(1, 2)) for each in series.values()]
-        known = np.all([*finite, _resolved(series).all(axis=1)], axis=0)
+        known = np.all([*finite, _resolved(self.mesh, series).all(axis=1)], axis=0)
         values = {each.name: taken_from(each.taken, self.mesh, series[each.key]).tolist() for each in names}
         errors = {each.name: missed(self.mesh, series[each.key]).tolist() for each in names}
         return [
@@ -366,4 +374,15 @@ class _Cases:
         phases = 2 * np.pi * frequencies[:, :, None] * times[:, None]
         waves = np.concatenate([np.cos(phases), -np.sin(phases)], axis=1)
         asked = {**transfers, "drive_voltage": _DRIVE}
-        return {name: in_tones(each, frequencies.T, tones, waves) for name, each in asked.items()}
+        return {name: _in_tones(each, frequencies, tones, waves) for name, each in asked.items()}
+
+
+def _in_tones(transfer: Transfer, frequencies: Real, tones: Complex, waves: Real) -> Real:
+    """Return the response of cases to sines that have always been on, shape (cases, n).
+
+    `frequencies`, `tones` (cases, tones) [Hz, V]; `waves` (cases, 2 tones, n), cosines and minus sines.
+    """
+    gain = np.stack([np.atleast_1d(transfer.at(each)) for each in frequencies.T], axis=1)
+    own = gain * tones
+    shares = np.concatenate([own.real, own.imag], axis=1)
+    return np.asarray((shares[:, None] @ waves)[:, 0])

@@ -13,7 +13,7 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Tones
 from electrovib.scenario.grids import FORMULA_SAMPLES
-from electrovib.solve.electrics.straight import chebyshev_rule
+from electrovib.solve.electrics.fading import chebyshev_rule
 from electrovib.solve.expanded import Expanded
 
 if TYPE_CHECKING:

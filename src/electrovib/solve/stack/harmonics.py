@@ -11,6 +11,8 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.drive.parts import Linear, Part, Tones
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
 
@@ -74,8 +76,12 @@ def settled_integral(drive: Drive, time: Real) -> Real:
         raise InputError(
             f"time.initial_state = PeriodicState: {what}. Choose a drive with a mean of 0, or start from rest: AtRest"
         )
-    total: Real = np.sum([_integral(part, time) for part in drive.parts()], axis=0)
-    return total
+    return integral_of(drive.parts(), time)
+
+
+def integral_of(parts: Sequence[Part], time: Real) -> Real:
+    """Return the integral over time of repeated parts without their mean, with a mean of 0 over a period, (n,)."""
+    return sum((_integral(part, time) for part in parts), np.zeros(len(time)))
 
 
 def refuse_unrepeated(drive: Drive) -> None:
@@ -90,8 +96,13 @@ def refuse_unrepeated(drive: Drive) -> None:
 
 def drive_mean(drive: Drive) -> float:
     """Return the mean of a periodic drive over a period, 0 where it is rounding [its unit]."""
-    mean = sum(_mean(part) for part in drive.parts())
-    return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
+    return mean_of(drive.parts())
+
+
+def mean_of(parts: Sequence[Part]) -> float:
+    """Return the mean of repeated parts over a period, 0 where it is rounding."""
+    mean = sum(_mean(part) for part in parts)
+    return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in parts) else 0.0
 
 
 def _mean(part: Part) -> float:

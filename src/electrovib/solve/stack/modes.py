@@ -259,6 +259,8 @@ def spread(values: Real, places: Indices, count: int) -> Real:
 
 def stacked(rows: Sequence[Any]) -> Any:
     """Return rows (n,) or (cases, n) as one array (layers, n) or (cases, layers, n)."""
+    if all(row.ndim == 1 for row in rows):
+        return np.array(rows)
     lead = np.broadcast_shapes(*(row.shape for row in rows))
     return np.stack([np.broadcast_to(row, lead) for row in rows], axis=-2)
 

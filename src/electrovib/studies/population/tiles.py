@@ -17,8 +17,7 @@ import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve import population as signals_of_fingers
-from electrovib.solve.population.drive import KERNEL
-from electrovib.solve.population.fingers import TOGETHER
+from electrovib.solve.population.fingers import KERNEL, TOGETHER
 from electrovib.solve.population.percentiles import Histogram, thread_count
 from electrovib.studies.population.declared import BLOCK, DeclaredStudy
 from electrovib.studies.population.result import computing_versions

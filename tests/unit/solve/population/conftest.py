@@ -15,7 +15,7 @@ OVER_TIME += ("interface_field", "field", "displacement")
 FOR_ZERO = {"S/m": 1e-8, "ohm": 1e4, "V": 20.0, "C/m2": 1e-6, "C": 1e-9, "s": 1e-4, "1": 0.1, "N": 0.1}
 FOR_ZERO |= {"m/s": 0.05, "rad": 0.5}
 """A typical value of a parameter that is 0 in a scenario, by its unit."""
-EQUAL, OF_CURRENTS = 1e-12, 1e-10
+EQUAL = 1e-12
 """Of the peak. Rounding of the time decides what remains of the fastest mode of a current after a corner."""
 
 
@@ -71,7 +71,7 @@ def assert_together(scenario, free, names=OVER_TIME, **given):
     """Check that fingers are computed in arrays, and have the signals that each has by itself."""
     worst, method = difference(scenario, free, names, **given)
     assert method.startswith("together"), method
-    assert all(worst[name] < (OF_CURRENTS if name == "current" else EQUAL) for name in names), worst
+    assert all(worst[name] < EQUAL for name in names), worst
 
 
 @pytest.fixture(scope="session")

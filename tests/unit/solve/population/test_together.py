@@ -466,8 +466,7 @@ def test_fingers_of_one_stack_share_its_response(fingers, scenario, free, monkey
     assert (max(stacks) <= 4) == shares
     for name, rows in found.items():
         peak = np.max(np.abs(expected[name]), axis=-1, keepdims=True)
-        tolerance = computed.OF_CURRENT if name == "current" else EQUAL
-        assert np.all(np.abs(rows - expected[name]) <= tolerance * peak), name
+        assert np.all(np.abs(rows - expected[name]) <= EQUAL * peak), name
 
 
 def test_the_area_and_the_load_do_not_change_a_stack_with_nothing_in_series(fingers):
