@@ -17,6 +17,7 @@ from electrovib.solve.population import Population
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared, prepare
 from electrovib.solve.quantities import cases
+from electrovib.solve.quantities.resolve import Mesh
 
 SINE = "bau_2010/sine"
 FORCE, MEAN, PEAK = "electrostatic_force", "mean electrostatic_force", "peak electrostatic_force"
@@ -277,6 +278,22 @@ def test_points_that_the_mesh_of_the_others_does_not_resolve_are_solved_alone(mo
     found = many({CONDUCTS: values})[text]
     assert len(evaluated) == 3
     np.testing.assert_allclose(found, alone(OF_GAP, [text], {CONDUCTS: values})[text], rtol=1e-12)
+
+
+def test_a_piece_counts_as_resolved_up_to_what_the_rounding_of_its_times_makes_of_it():
+    """As far as the signal changes in it, and never beyond what points at once may differ from each alone."""
+    mesh = Mesh(np.array([0.0, 1.0, 1.0 + 1e-8, 1.0 + 2e-8, 2.0]), nodes=8)
+    changing = np.array([1.0, 0.5, 0, 0, 0, 0, 0, 0])
+
+    def resolved(tail, changing=changing):
+        series = np.tile(changing, (1, 4, 1))
+        series[..., -1] = tail
+        return cases._resolved(mesh, {("force", ""): series})[0].tolist()
+
+    assert resolved(1e-11) == [True] * 4
+    assert resolved(1e-9) == [False, True, True, False]
+    assert resolved(2e-9) == [False] * 4
+    assert resolved(5e-10, np.array([1.0, *np.zeros(7)])) == [False] * 4
 
 
 def test_where_no_mesh_resolves_a_point_further_calls_do_not_try(monkeypatch):

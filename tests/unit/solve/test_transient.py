@@ -179,6 +179,7 @@ OTHERS = {
 TIMES_OF_CASES = {
     "stamps": STAMPS,
     "even": np.linspace(0, 0.05, 501),
+    "dense": np.linspace(0, 0.012, ALONE - 1),
     "late": np.linspace(0.03, 0.05, 300),
     "uneven": np.unique([0.0, *np.geomspace(1e-7, 0.05, 150), 0.01 / 3]),
     "one": np.array([7e-3]),
@@ -202,6 +203,16 @@ def test_cases_at_once_are_those_of_each_alone(name, settled, times):
         for key, row in found.items():
             mine = row if row.ndim == 1 else row[case]
             assert np.max(np.abs(mine - alone[key])) <= 1e-13 * max(100.0, np.max(np.abs(alone[key]))), key
+
+
+def test_a_response_from_rest_begins_at_exactly_0():
+    """Not at the rounding of a level and its exponentials."""
+    alone = {name: each["gains"] for name, each in OF_CASES.items() if name in ("first", "shared modes")}
+    of_cases = {name: Transfer(rates=OF_CASES[name]["rates"], gains=gains) for name, gains in alone.items()}
+    ramp = drive("Trapezium", high=100, rise=0.01, hold=0.01, fall=0.01)
+    for transfers in (of_cases, BOTH):
+        for name, row in transient(transfers, ramp, np.linspace(0, 0.009, 4000)).items():
+            assert np.all(row[..., 0] == 0.0), name
 
 
 def _of_case(number, case, name):

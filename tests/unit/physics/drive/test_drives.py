@@ -20,6 +20,7 @@ from electrovib.physics.drive.combined import Sum
 from electrovib.physics.drive.current import CurrentAmplifier, CurrentSine
 from electrovib.physics.drive.edges import PulseTrain, Square, Step, Trapezium
 from electrovib.physics.drive.levels import LEVELS, SWING, LevelledDrive
+from electrovib.physics.drive.parts import Smooth
 from electrovib.physics.drive.sines import AmplitudeModulation, Burst, Chirp, Sine, SquareRootModulation
 from electrovib.scenario import read_part
 
@@ -249,6 +250,31 @@ CREST = {AmplitudeModulation: 1 + DEPTH, SquareRootModulation: np.sqrt(1 + DEPTH
 PAIRS = "give amplitude and offset, or high and low"
 NAMES = (*SWING, *LEVELS)
 each_kind = pytest.mark.parametrize("kind", REST)
+WAVE = Smooth(lambda time: np.cos(9 * time), lambda time: -9 * np.sin(9 * time), 0.0, 0.04, 9 / (2 * np.pi))
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        *(
+            one
+            for each in MEMBERS.values()
+            for one in read_model(Drive, {"model": each.__name__} | dict(each.example)).parts()
+        ),
+        WAVE,
+    ],
+)
+def test_a_part_is_proportional_to_its_levels(part):
+    triple = part.with_levels(-3 * part.levels)
+    assert type(triple) is type(part)
+    assert all(map(np.array_equal, triple.timing[1:], part.timing[1:]))
+    for mine, its in (
+        (triple.value, part.value),
+        (triple.slope, part.slope),
+        (triple.value_before, part.value_before),
+    ):
+        np.testing.assert_allclose(mine(TIME[1:]), -3 * its(TIME[1:]), rtol=1e-12, atol=1e-12 * part.bound())
+    assert triple.bound() == pytest.approx(3 * part.bound(), rel=1e-12)
 
 
 def scale(kind):
