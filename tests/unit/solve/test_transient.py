@@ -199,20 +199,21 @@ def test_cases_at_once_are_those_of_each_alone(name, settled, times):
             key: Transfer(**{name: _of_case(number, case, name) for name, number in each.items()})
             for key, each in OF_CASES.items()
         }
-        alone = transient(own, one, time, settled=settled)
+        some = slice(None, None, 1 + len(time) // 150)  # so few that each is computed by itself
+        alone = transient(own, one, time[some], settled=settled)
         for key, row in found.items():
-            mine = row if row.ndim == 1 else row[case]
+            mine = (row if row.ndim == 1 else row[case])[some]
             assert np.max(np.abs(mine - alone[key])) <= 1e-13 * max(100.0, np.max(np.abs(alone[key]))), key
 
 
 def test_a_response_from_rest_begins_at_exactly_0():
     """Not at the rounding of a level and its exponentials."""
-    alone = {name: each["gains"] for name, each in OF_CASES.items() if name in ("first", "shared modes")}
-    of_cases = {name: Transfer(rates=OF_CASES[name]["rates"], gains=gains) for name, gains in alone.items()}
+    random = np.random.default_rng(7)
     ramp = drive("Trapezium", high=100, rise=0.01, hold=0.01, fall=0.01)
-    for transfers in (of_cases, BOTH):
-        for name, row in transient(transfers, ramp, np.linspace(0, 0.009, 4000)).items():
-            assert np.all(row[..., 0] == 0.0), name
+    for shape in ((12,), (40, 12)):
+        one = Transfer(rates=10 ** random.uniform(0, 7, shape), gains=random.normal(size=shape))
+        found = one_of(one, ramp, np.linspace(0, 0.009, 4000))
+        assert np.all(found[..., 0] == 0.0)
 
 
 def _of_case(number, case, name):
