@@ -110,6 +110,18 @@ def test_the_last_time_of_a_record_is_like_any_other(founding, end):
     assert abs(float(ends.current[-1])) > 0.01 * float(np.abs(goes_on.current).max())
 
 
+def test_a_long_record_behind_a_limit_is_a_short_one_at_more_times(founding):
+    """Beyond 10,000 times a law's amplitude and the field share a row: what the limit takes counts once in it."""
+    limits = {"gain": 1.8, "bandwidth": 1500.0, "source_current": 8e-6, "stray_capacitance": 3e-11}
+    sine = {"model": "Sine", "amplitude": 60.0, "frequency": 200.0}
+    scenario = founding.replace({"drive": sine, "circuit.amplifier": limits})
+    time = np.linspace(0, 8e-3, 12_001)
+    long, short = simulate(scenario, time=time), simulate(scenario, time=time[::40])
+    assert "changes between them" in long.attrs["solver_reason"]
+    assert "; 0 changes" not in long.attrs["solver_reason"]
+    assert_same(long.isel(time=slice(None, None, 40)), short, ("field", "electrostatic_force"), 1e-12)
+
+
 RECTIFYING = {"model": "PolarityConduction", "conductivity_positive": 4e-9, "conductivity_negative": 1e-9}
 
 
