@@ -122,6 +122,58 @@ def test_a_long_record_behind_a_limit_is_a_short_one_at_more_times(founding):
     assert_same(long.isel(time=slice(None, None, 40)), short, ("field", "electrostatic_force"), 1e-12)
 
 
+PLATES = {
+    "friction": {"model": "Coulomb", "coefficient": 0.5},
+    "contact": {"model": "FixedArea", "area": 1e-4},
+    "load": {"normal_force": 0.5},
+    "time": {"duration": 8e-3, "samples": 161},
+}
+
+
+def test_the_largest_current_behind_a_limit_is_resolved():
+    """One film behind a resistor and a pole of the amplifier: V C a b/(a - b) (exp(-b t) - exp(-a t)) after a step."""
+    capacitance = 3.9 * eps0 * 1e-4 / 10e-6
+    a, b = 1 / (1e5 * capacitance), 2 * np.pi * 800.0
+    crest = np.log(a / b) / (a - b)
+    largest = 100.0 * capacitance * a * b / (a - b) * (np.exp(-b * crest) - np.exp(-a * crest))
+    amplifier = {"bandwidth": 800.0, "saturation": 1e4}
+    film = {"thickness": 10e-6, "role": "plate", "material": {"model": "Constant", "permittivity": 3.9}}
+    table = PLATES | {
+        "drive": {"model": "Step", "level": 100.0},
+        "force": {"model": "MaxwellStressInInsulator"},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 1e5}, "amplifier": amplifier},
+        "stack": {"insulator": film},
+    }
+    assert ev.check(table).value("peak current") == pytest.approx(largest, rel=1e-5)
+
+
+def test_one_conducting_layer_that_moves_adds_its_conduction():
+    """Whatever conducts, the field is V/g, and the current of the charge and sigma E add."""
+    distance = {"model": "TremblingDistance", "mean": 3e-6, "amplitude": 1e-6, "frequency": 150.0}
+    dry, leaky = (
+        ev.simulate(
+            PLATES
+            | {
+                "drive": {"model": "Sine", "amplitude": 50.0, "frequency": 200.0},
+                "force": {"model": "MaxwellStressInGap"},
+                "motion": {"distance": distance},
+                "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
+                "stack": {
+                    "gap": {
+                        "thickness": 3e-6,
+                        "material": {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity},
+                    }
+                },
+            }
+        )
+        for conductivity in (0.0, 1e-8)
+    )
+    field = dry.drive_voltage.values / dry.gap.values
+    np.testing.assert_allclose(leaky.field.values[0], field, rtol=1e-12)
+    found, conducted = leaky.current.values - dry.current.values, 1e-8 * field * 1e-4
+    np.testing.assert_allclose(found, conducted, rtol=0, atol=1e-9 * conducted.max())
+
+
 RECTIFYING = {"model": "PolarityConduction", "conductivity_positive": 4e-9, "conductivity_negative": 1e-9}
 
 
