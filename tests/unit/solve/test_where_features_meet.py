@@ -19,6 +19,7 @@ from electrovib.solve.electrics import renewal
 from electrovib.solve.electrics.solution import LEAK, Question, linear_quantities
 from electrovib.solve.electrics.without_modes import follow_all
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.mechanics.sliding import not_negative
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.keys import FieldOf
 
@@ -172,6 +173,23 @@ def test_one_conducting_layer_that_moves_adds_its_conduction():
     np.testing.assert_allclose(leaky.field.values[0], field, rtol=1e-12)
     found, conducted = leaky.current.values - dry.current.values, 1e-8 * field * 1e-4
     np.testing.assert_allclose(found, conducted, rtol=0, atol=1e-9 * conducted.max())
+
+
+def test_bristles_begin_without_a_load_though_an_attraction_is_rounded_below_0(founding):
+    """Field times displacement of the skin is 0 at time 0, or -1e-36 N, which was refused as a negative strength."""
+    swipe = {"model": "Swipe", "begin": 0.4e-3, "rise": 1e-3, "hold": 3e-3, "fall": 1.2e-3}
+    bristles = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 1e3}
+    skin = {"model": "Constant", "permittivity": 1500.0, "conductivity": 13e-6}
+    changes = {"load.time_profile": swipe, "friction": bristles, "motion.speed": 0.05}
+    changes |= {"force.model": "MaxwellStressInStratumCorneum", "stack.stratum_corneum.material": skin}
+    changes |= {"circuit.return_path.resistance": 2e6, "drive": {"model": "Step", "level": 89.0}}
+    for thickness in (2e-6, 2.2e-6, 4e-6):
+        scenario = founding.replace(changes | {"stack.insulator.thickness": thickness})
+        assert simulate(scenario, time=np.linspace(0, 8e-3, 41)).lateral_force.values[0] < 1e-9
+    with pytest.raises(InputError, match="strength of 0 or above"):
+        not_negative(np.arange(2.0), np.array([-1e-6, 1.0]))
+    with pytest.raises(InputError, match=r"its strength is nan N at 1 s"):
+        not_negative(np.arange(2.0), np.array([1.0, np.nan]))
 
 
 RECTIFYING = {"model": "PolarityConduction", "conductivity_positive": 4e-9, "conductivity_negative": 1e-9}

@@ -42,7 +42,7 @@ FIRST_CYCLES = 20
 REFINEMENTS = 3
 """Number of refinements; each divides the interval around a largest value by `DIVISIONS`/2."""
 CLEAR = 1e-2
-"""Relative drop of the neighbours of a largest value, below which a parabola is accurate to 1e-5, to some 1e-4 at uneven times."""
+"""Relative drop of the neighbours of a largest value, below which a parabola is accurate to 1e-5, at uneven times to 1e-4."""
 COUNTS = 1e-6
 """Relative height of a parabola above the times, up to which their distances do not matter."""
 DIVISIONS = 12
