@@ -7,6 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.discovery import offers
+from electrovib.core.errors import InputError
 from electrovib.recordings.fit.of_scenario import fit_scenario
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
@@ -118,6 +119,26 @@ def test_the_force_of_the_film_in_pieces_is_that_of_equation_1():
     for layers in ((), ("insulator",), ("stratum_corneum",), ("insulator", "stratum_corneum")):
         trace = simulate(split(base, *layers), time=np.array([0.05]))
         assert float(trace.electrostatic_force[-1]) == pytest.approx(expected, rel=1e-6)
+
+
+def test_moisture_sets_the_skin_in_pieces_as_the_whole():
+    """The conductivity is that of the conductance times the whole thickness: sqrt(0.02 x 0.2) S/m2 x 200 um."""
+    ranges = {
+        "dry_gap_resistivity": 1e12,
+        "wet_gap_resistivity": 1e6,
+        "dry_coefficient": 0.4,
+        "wet_coefficient": 0.8,
+    }
+    moist = load("vezzoli_2014/fig6_gap").replace({"moisture": {"level": 0.5} | ranges})
+    cut = split(moist, "stratum_corneum")
+    pieces = [layer.material.conductivity for layer in list(cut.stack.layers.values())[-2:]]
+    assert pieces == pytest.approx([200e-6 * np.sqrt(0.02 * 0.2)] * 2, rel=1e-12)
+    found = changes(simulate(moist), simulate(cut))
+    assert {signal: size for signal, size in found.items() if not size <= SAME} == {}
+    with pytest.raises(
+        InputError, match=r"stratum_corneum_outside\.material\.conductivity: is set by moisture"
+    ):
+        cut.replace({"stack.stratum_corneum_outside.material.conductivity": 1e-6})
 
 
 BOTH = ("insulator", "stratum_corneum")

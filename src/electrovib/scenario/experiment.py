@@ -28,7 +28,7 @@ from electrovib.physics.limits import Limits
 from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
-from electrovib.physics.stack import IMPLIED, Stack, beside_interface
+from electrovib.physics.stack import IMPLIED, Layer, Stack, in_one_piece, pieces
 from electrovib.scenario.files import read_part, sources_of_offers
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
 from electrovib.scenario.sources import BY_THE_USER, ready_made
@@ -322,12 +322,11 @@ def _absent(kind: type[Model], content: Any, keys: Sequence[str]) -> tuple[str, 
 
 def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
     """Return the changes that bring a scenario to a moisture, for `Scenario.replace`; only of parameters that it has."""
-    layers, found = scenario.stack.layers, {}
+    found = {}
     known = {path for path, _, _ in scenario.parameters()}
     skin, gap = _skin(scenario), scenario.stack.gap_name
-    if skin is not None:
-        conductivity = moisture.skin_conductivity(layers[skin].thickness)
-        found[f"stack.{skin}.material.conductivity"] = conductivity
+    for name, piece in skin.items():
+        found[f"stack.{name}.material.conductivity"] = moisture.skin_conductivity(piece.thickness)
     for name in ("conductivity", "spot_conductivity") if gap else ():
         found[f"stack.{gap}.material.{name}"] = 1 / moisture.gap_resistivity()
     for where in ("friction", "friction.steady"):
@@ -335,9 +334,12 @@ def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
     return {path: value for path, value in found.items() if path in known}
 
 
-def _skin(scenario: Scenario) -> str | None:
-    """Return the name of the layer that moisture acts on: that of the finger at the interface."""
-    return beside_interface(scenario.stack.roles, "finger")
+def _skin(scenario: Scenario) -> dict[str, Layer]:
+    """Return the pieces of the layer that moisture acts on, that of the finger at the interface, each as thick as all of it."""
+    roles = scenario.stack.roles
+    finger = {name: layer for name, layer in scenario.stack.layers.items() if roles[name] == "finger"}
+    whole = in_one_piece(finger)
+    return {name: whole[name] for slab in pieces(finger)[:1] for name in slab}
 
 
 def moisture_diagnostic(scenario: Scenario) -> Diagnostic | None:
@@ -348,7 +350,7 @@ def moisture_diagnostic(scenario: Scenario) -> Diagnostic | None:
     moved = moistened(scenario, scenario.moisture)
     shown = ", ".join(f"{path} = {format_quantity(value, units[path])}" for path, value in moved.items())
     text = f"moisture.level = {scenario.moisture.level:g} sets {shown or 'nothing'}"
-    skin, gap = (f"stack.{name}." for name in (_skin(scenario), scenario.stack.gap_name))
+    skin, gap = (f"stack.{name}." for name in (next(iter(_skin(scenario)), None), scenario.stack.gap_name))
     starts = {skin: "the skin", gap: "the gap", "friction": "friction"}
     idle = [name for start, name in starts.items() if not any(path.startswith(start) for path in moved)]
     if idle:

@@ -19,6 +19,7 @@ from electrovib.solve.electrics import renewal
 from electrovib.solve.electrics.solution import LEAK, Question, linear_quantities
 from electrovib.solve.electrics.without_modes import follow_all
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.mechanics.sliding import not_negative
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.keys import FieldOf
 
@@ -108,6 +109,87 @@ def test_the_last_time_of_a_record_is_like_any_other(founding, end):
     ends, goes_on = simulate(scenario, time=time), simulate(scenario, time=np.append(time, 2 * end))
     assert_same(ends, goes_on.isel(time=slice(3)), ("current", "amplifier_current", "plate_voltage"), 5e-3)
     assert abs(float(ends.current[-1])) > 0.01 * float(np.abs(goes_on.current).max())
+
+
+def test_a_long_record_behind_a_limit_is_a_short_one_at_more_times(founding):
+    """Beyond 10,000 times a law's amplitude and the field share a row: what the limit takes counts once in it."""
+    limits = {"gain": 1.8, "bandwidth": 1500.0, "source_current": 8e-6, "stray_capacitance": 3e-11}
+    sine = {"model": "Sine", "amplitude": 60.0, "frequency": 200.0}
+    scenario = founding.replace({"drive": sine, "circuit.amplifier": limits})
+    time = np.linspace(0, 8e-3, 12_001)
+    long, short = simulate(scenario, time=time), simulate(scenario, time=time[::40])
+    assert "changes between them" in long.attrs["solver_reason"]
+    assert "; 0 changes" not in long.attrs["solver_reason"]
+    assert_same(long.isel(time=slice(None, None, 40)), short, ("field", "electrostatic_force"), 1e-12)
+
+
+PLATES = {
+    "friction": {"model": "Coulomb", "coefficient": 0.5},
+    "contact": {"model": "FixedArea", "area": 1e-4},
+    "load": {"normal_force": 0.5},
+    "time": {"duration": 8e-3, "samples": 161},
+}
+
+
+def test_the_largest_current_behind_a_limit_is_resolved():
+    """One film behind a resistor and a pole of the amplifier: V C a b/(a - b) (exp(-b t) - exp(-a t)) after a step."""
+    capacitance = 3.9 * eps0 * 1e-4 / 10e-6
+    a, b = 1 / (1e5 * capacitance), 2 * np.pi * 800.0
+    crest = np.log(a / b) / (a - b)
+    largest = 100.0 * capacitance * a * b / (a - b) * (np.exp(-b * crest) - np.exp(-a * crest))
+    amplifier = {"bandwidth": 800.0, "saturation": 1e4}
+    film = {"thickness": 10e-6, "role": "plate", "material": {"model": "Constant", "permittivity": 3.9}}
+    table = PLATES | {
+        "drive": {"model": "Step", "level": 100.0},
+        "force": {"model": "MaxwellStressInInsulator"},
+        "circuit": {"return_path": {"model": "Grounded", "resistance": 1e5}, "amplifier": amplifier},
+        "stack": {"insulator": film},
+    }
+    assert ev.check(table).value("peak current") == pytest.approx(largest, rel=1e-5)
+
+
+def test_one_conducting_layer_that_moves_adds_its_conduction():
+    """Whatever conducts, the field is V/g, and the current of the charge and sigma E add."""
+    distance = {"model": "TremblingDistance", "mean": 3e-6, "amplitude": 1e-6, "frequency": 150.0}
+    dry, leaky = (
+        ev.simulate(
+            PLATES
+            | {
+                "drive": {"model": "Sine", "amplitude": 50.0, "frequency": 200.0},
+                "force": {"model": "MaxwellStressInGap"},
+                "motion": {"distance": distance},
+                "circuit": {"return_path": {"model": "Grounded", "resistance": 0.0}},
+                "stack": {
+                    "gap": {
+                        "thickness": 3e-6,
+                        "material": {"model": "Constant", "permittivity": 1.0, "conductivity": conductivity},
+                    }
+                },
+            }
+        )
+        for conductivity in (0.0, 1e-8)
+    )
+    field = dry.drive_voltage.values / dry.gap.values
+    np.testing.assert_allclose(leaky.field.values[0], field, rtol=1e-12)
+    found, conducted = leaky.current.values - dry.current.values, 1e-8 * field * 1e-4
+    np.testing.assert_allclose(found, conducted, rtol=0, atol=1e-9 * conducted.max())
+
+
+def test_bristles_begin_without_a_load_though_an_attraction_is_rounded_below_0(founding):
+    """Field times displacement of the skin is 0 at time 0, or -1e-36 N, which was refused as a negative strength."""
+    swipe = {"model": "Swipe", "begin": 0.4e-3, "rise": 1e-3, "hold": 3e-3, "fall": 1.2e-3}
+    bristles = {"model": "Dahl", "steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 1e3}
+    skin = {"model": "Constant", "permittivity": 1500.0, "conductivity": 13e-6}
+    changes = {"load.time_profile": swipe, "friction": bristles, "motion.speed": 0.05}
+    changes |= {"force.model": "MaxwellStressInStratumCorneum", "stack.stratum_corneum.material": skin}
+    changes |= {"circuit.return_path.resistance": 2e6, "drive": {"model": "Step", "level": 89.0}}
+    for thickness in (2e-6, 2.2e-6, 4e-6):
+        scenario = founding.replace(changes | {"stack.insulator.thickness": thickness})
+        assert simulate(scenario, time=np.linspace(0, 8e-3, 41)).lateral_force.values[0] < 1e-9
+    with pytest.raises(InputError, match="strength of 0 or above"):
+        not_negative(np.arange(2.0), np.array([-1e-6, 1.0]))
+    with pytest.raises(InputError, match=r"its strength is nan N at 1 s"):
+        not_negative(np.arange(2.0), np.array([1.0, np.nan]))
 
 
 RECTIFYING = {"model": "PolarityConduction", "conductivity_positive": 4e-9, "conductivity_negative": 1e-9}

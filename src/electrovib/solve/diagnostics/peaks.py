@@ -42,7 +42,9 @@ FIRST_CYCLES = 20
 REFINEMENTS = 3
 """Number of refinements; each divides the interval around a largest value by `DIVISIONS`/2."""
 CLEAR = 1e-2
-"""Relative drop of the neighbours of a largest value, below which a parabola through the three is accurate to 1e-5."""
+"""Relative drop of the neighbours of a largest value, below which a parabola is accurate to 1e-5, at uneven times to 1e-4."""
+COUNTS = 1e-6
+"""Relative height of a parabola above the times, up to which their distances do not matter."""
 DIVISIONS = 12
 """Intervals into which the time between the neighbours of a largest value is divided."""
 _MANY = 100_000
@@ -341,7 +343,7 @@ def crests(records: Sequence[PeakRecord]) -> list[_Crests]:
     """Find the largest values of records of the same quantities, and how far their neighbours lie below them.
 
     Between times the largest value is that of a parabola through three of them, at most half of the drop above the
-    middle one. The drop is 0 at an end and at a corner.
+    middle one. The drop is 0 at an end and at a corner, and infinite where the parabola rises higher than at even times.
     """
     courses = _Courses(records)
     place = courses.places()
@@ -363,8 +365,12 @@ def crests(records: Sequence[PeakRecord]) -> list[_Crests]:
     # a parabola through both sides of a discontinuity would lie above them
     steep = np.where(first > last, before, after) <= SUDDEN * courses.times[:, -1]
     inside &= ~(steep & (drop > CLEAR * value))
-    most = np.minimum(drop / 2, _most_above(courses, place, value, np.where(tilt < 0, left, right), tilt < 0))
-    value = value + np.where(inside, np.minimum(above, most), 0.0)
+    concave = _most_above(courses, place, value, np.where(tilt < 0, left, right), tilt < 0)
+    above = np.where(inside, np.minimum(above, concave), 0.0)
+    value = value + np.minimum(above, drop / 2)
+    drop = np.where(
+        above > np.maximum(drop / 8, COUNTS * value), np.inf, drop
+    )  # at even times at most drop/8
     return [_Crests(*each) for each in zip(place.T, value.T, drop.T, strict=True)]
 
 

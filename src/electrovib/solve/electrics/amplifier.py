@@ -279,7 +279,10 @@ class LimitedMarch:
 
     def run(self, time: Real) -> tuple[dict[str, Real], list[float]]:
         """Compute the wanted quantities from rest at times (n,) [s], and the times of the changes [s]."""
-        found = transient(amplified(self.transfers, self.plate.amplifier), self.drive, time)
+        unlimited = transient(amplified(self.transfers, self.plate.amplifier), self.drive, time)
+        found = {
+            name: np.array(row) for name, row in unlimited.items()
+        }  # equal quantities share a row, which is added to
         self.kinks, repeats = [], self.drive.period or np.inf
         self.meter = Meter("the amplifier with limits", end=self.checks.end, repeats=repeats)
         wanted = snapped(time, self.checks.corners.tolist())

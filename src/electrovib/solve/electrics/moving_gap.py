@@ -53,8 +53,9 @@ def move_gap(
     Steps are halved until the error is below `TOLERANCE`.
     """
     plate = DrivenPlate(drive, amplifier)
-    if not (np.any(space.conductivities) or len(space.rates) or space.resistance):
-        # no charge can move within the stack, and no voltage drops outside it
+    moves = np.any(space.conductivities) or len(space.rates) or space.resistance
+    if not (space.size and moves):
+        # no charge can gather or leave between layers, and no voltage drops outside the stack
         states = np.repeat(space.start()[:, None], len(time), axis=1)
         return _moved(_signals(space, plate, time, states, motion), motion, 0, 0.0)
     gaps = motion.gap(np.linspace(0.0, float(time[-1]), 4001))
@@ -82,7 +83,7 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
     why = f"linear layers and a gap moved by {type(motion).__name__}: the charge is the state, from rest"
     how = f"{steps} steps; by halving them, the error of the gap's field is {error:.1e} of its largest value"
     if steps == 0:
-        why, how = f"{why}; no layer conducts or relaxes", "so the charge is constant: closed form"
+        why, how = f"{why}; no charge gathers or leaves between layers", "so it is constant: closed form"
     reason = f"{why}, {how}"
     return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
 

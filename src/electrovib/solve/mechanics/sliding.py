@@ -236,11 +236,12 @@ def _sampled(times: Real, breaks: Sequence[float]) -> Real:
 
 
 def not_negative(times: Real, strengths: Real) -> None:
-    """Refuse a strength that is negative or not a number.
+    """Refuse a strength that is not a number, or negative by more than what counts as no load: rounding of an attraction.
 
-    `times`, `strengths` (n,) [s].
+    `times` (n,) [s], `strengths` (n,) [N].
     """
-    wrong = np.flatnonzero(~(strengths >= 0))
+    largest = np.max(strengths, where=np.isfinite(strengths), initial=0.0)
+    wrong = np.flatnonzero(~(strengths >= -SMALLEST * largest))
     if len(wrong):
         raise InputError(
             f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {times[wrong[0]]:.6g} s; a sliding contact"
