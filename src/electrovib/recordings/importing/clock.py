@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.recorded import ChannelClock, column_of
 from electrovib.data.text.preamble import segments_of
-from electrovib.data.unit_words import kind_and_factor
+from electrovib.data.unit_words import HAS_POWER, kind_and_factor
 from electrovib.recordings.importing.choice import proposed_time
 from electrovib.recordings.importing.reduction import seconds
 
@@ -169,8 +169,8 @@ def has_times(recorded: Recorded) -> bool:
 
 
 def needs_unit(column: DataColumn) -> bool:
-    """Return whether a column of times is a count in some unit that the file does not state."""
-    return not column.unit and bool(_STAMP.search(column.name))
+    """Return whether a column of times is a count in some unit that the file does not state, or times a power of ten."""
+    return not column.unit and bool(_STAMP.search(column.name) or HAS_POWER.search(column.name))
 
 
 def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[ChannelClock, list[str]]:

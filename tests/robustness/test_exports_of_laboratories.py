@@ -1,0 +1,149 @@
+"""Exports of scopes, loggers and scripts, of known arrays, that lost a factor, a sign or a row: right, or asked for by name."""
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.errors import InputError
+from electrovib.recordings.importing.import_file import list_columns
+
+ROWS = np.arange(60)
+TIME = np.round(ROWS * 0.005, 6)
+FORCE = np.round(0.3 + 0.1 * np.sin(ROWS / 7.3) + 0.01 * np.cos(ROWS * 2.1), 5)
+VOLTAGE = np.round(90 * np.sin(ROWS / 5.1), 3)
+MILLISECONDS = np.round(1e3 * TIME).astype(int)
+MILLINEWTONS = np.round(1e3 * FORCE, 2)
+
+
+def lines(*columns, separator=",", end=""):
+    """Rows of text of some columns."""
+    return "".join(separator.join(map(str, row)) + end + "\n" for row in zip(*columns, strict=True))
+
+
+def imported(path, text, columns, **options):
+    """Write a text and import columns of it."""
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return ev.import_file(path, columns, **options)
+
+
+EXPORTS = {
+    "a dash of Windows for the minus": (
+        ("t [ms];F [mN];U [V]\n" + lines(MILLISECONDS, MILLINEWTONS, VOLTAGE, separator=";"))
+        .replace("-", "\u2013").encode("cp1252"), {"lateral_force": "F", "drive_voltage": "U"},
+    ),
+    "a power of ten before the unit": (
+        "Time [10^-3 s],Force [1e-3 N],U (×10⁻³ V)\n" + lines(MILLISECONDS, MILLINEWTONS, 1e3 * VOLTAGE),
+        {"lateral_force": "Force", "drive_voltage": "U"},
+    ),
+    "units at the end of the names of a script": (
+        "millis,force_mN,u_kV\n" + lines(MILLISECONDS, MILLINEWTONS, VOLTAGE / 1e3),
+        {"lateral_force": "force_mN", "drive_voltage": "u_kV"},
+    ),
+    "time step and units in headings of Rigol": (
+        "CH1V,CH2(mN),t0 =-0.1, tInc = 0.005,\n" + lines(VOLTAGE, MILLINEWTONS, end=",,"),
+        {"drive_voltage": "CH1", "lateral_force": "CH2"}, -0.1,
+    ),
+    "a name less than there are units": (
+        "HBM_CATMAN\t5.0\nTime 1 - default rate\tForce\tU\nSample rate: 200 Hz\n\tSensor 1\tSensor 2\ns\tmN\tV\n"
+        + lines(TIME, MILLINEWTONS, VOLTAGE, separator="\t"), {"lateral_force": "Sensor 1", "drive_voltage": "Sensor 2"},
+    ),
+    "units of LabChart": (
+        "Interval=\t5 ms\nChannelTitle=\tForce\tU\nRange=\t1 N\t100 V\nUnitName=\tmN\tV\n"
+        + lines(TIME, MILLINEWTONS, VOLTAGE, separator="\t"), {"lateral_force": "Force", "drive_voltage": "U"},
+    ),
+    "numbers of samples above the samples": (
+        "skin.acq\n2 channels\nsec,CH1,CH2,\n,60,60,\n" + lines(TIME, FORCE, VOLTAGE, end=","),
+        {"lateral_force": "CH1 [N]", "drive_voltage": "CH2 [V]"}, 0.0, {"time": "sec [s]"},
+    ),
+    "a sampling rate in German": (
+        "Abtastrate [Hz];200,0\nKraft [mN];Spannung [V]\n" + lines(MILLINEWTONS, VOLTAGE, separator=";").replace(".", ","),
+        {"lateral_force": "Kraft", "drive_voltage": "Spannung"},
+    ),
+    "a mass of a load": (
+        "Time (sec),Load (grams),u (V)\n" + lines(TIME, FORCE / 9.80665e-3, VOLTAGE),
+        {"lateral_force": "Load", "drive_voltage": "u"},
+    ),
+}  # fmt: skip
+"""Name to the text, the columns, the time of the first sample, and options."""
+
+
+@pytest.mark.parametrize("name", EXPORTS)
+def test_values_and_times_are_those_that_were_written(tmp_path, name):
+    text, columns, *more = EXPORTS[name]
+    trace = imported(tmp_path / "a.csv", text, columns, **(more[1] if len(more) > 1 else {}))
+    np.testing.assert_allclose(trace.time, TIME + (more[0] if more else 0.0), atol=1e-9)
+    np.testing.assert_allclose(trace.lateral_force, FORCE, atol=1e-5)
+    np.testing.assert_allclose(trace.drive_voltage, VOLTAGE, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("headings", "columns", "said"),
+    [
+        ("Time (s),Load (MN),U (V)", {"normal_force": "Load (MN)"}, "states no unit"),
+        ("Time (s),Force,U (MV)", {"drive_voltage": "U (MV)"}, "states no unit"),
+        ("Time (s) x10^-3,Force (N),U (V)", {"lateral_force": "Force"}, "states no unit for 'Time"),
+        ("Time (s),Force (N) x1e-3,U (V)", {"lateral_force": "Force (N) x1e-3"}, r"'Force \(N\) x1e-3 \[UNIT\]'"),
+        ("Time (s),load_g,U (V)", {"lateral_force": "load_g"}, r"'load_g \[gf\]'"),
+        ("Time (s),force_mN,U (V)", {"lateral_force": "force_mN [N]"}, "states the unit 'mN'"),
+    ],
+)  # fmt: skip
+def test_a_factor_of_a_thousand_that_is_open_is_asked_for(tmp_path, headings, columns, said):
+    with pytest.raises(InputError, match=said):
+        imported(tmp_path / "a.csv", f"{headings}\n{lines(TIME, FORCE, VOLTAGE)}", columns)
+
+
+def test_a_unit_in_capitals_is_taken_as_stated(tmp_path):
+    text = "TIME (MS),LOAD (MN)\n" + lines(MILLISECONDS, MILLINEWTONS)
+    trace = imported(tmp_path / "a.csv", text, {"normal_force": "LOAD (MN) [mN]"})
+    np.testing.assert_allclose(trace.normal_force, FORCE, atol=1e-5)
+    np.testing.assert_allclose(trace.time, TIME, atol=1e-9)
+
+
+@pytest.mark.parametrize("factors", ["0.001,0.001", "1,0.5"])
+def test_factors_above_the_numbers_are_refused_unless_they_are_one(tmp_path, factors):
+    text = "Channel,Time,Force\nUnit,s,N\nScale factor,{}\nOffset,0,0\nData,,\n" + lines(
+        [""] * len(ROWS), TIME, FORCE
+    )
+    with pytest.raises(InputError, match=f"'Scale factor,{factors}' stands above the numbers"):
+        imported(tmp_path / "a.csv", text.format(factors), {"lateral_force": "Force"})
+    trace = imported(tmp_path / "a.csv", text.format("1,1"), {"lateral_force": "Force"})
+    np.testing.assert_allclose(trace.lateral_force, FORCE)
+
+
+def test_the_overflow_of_catman_is_no_reading(tmp_path):
+    force = [-1000000 if row in (5, 6) else each for row, each in enumerate(MILLINEWTONS)]
+    trace = imported(
+        tmp_path / "a.csv",
+        "Time\tForce\ns\tmN\n" + lines(TIME, force, separator="\t"),
+        {"lateral_force": "Force"},
+    )
+    np.testing.assert_allclose(trace.lateral_force, np.where(np.isin(ROWS, (5, 6)), np.nan, FORCE), atol=1e-5)
+
+
+def test_a_column_of_units_is_that_of_the_readings_before_it(tmp_path):
+    path = tmp_path / "a.csv"
+    text = '"Index","Reading","Unit","Time (s)"\n' + lines(ROWS + 1, VOLTAGE / 1e9, ['"Amp"'] * 60, TIME)
+    trace = imported(path, text, {"current": "Reading"})
+    np.testing.assert_allclose(trace.current, VOLTAGE / 1e9)
+    with pytest.raises(InputError, match="it is in 'A'"):
+        imported(path, text, {"drive_voltage": "Reading"})
+    mixed = text.replace('"Amp"', '"Volt"', 1)
+    with pytest.raises(InputError, match="states no unit"):
+        imported(path, mixed, {"current": "Reading"})
+
+
+def test_a_counter_is_no_force(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("F/T Sequence,Fx,Fz,Time (s)\n" + lines(7 * ROWS, FORCE, 5 * FORCE, TIME))
+    proposed = "\n".join(list_columns(path))
+    assert 'lateral_force="Fx [N]" --column normal_force="Fz [N]"' in proposed
+
+
+def test_times_behind_a_signal_that_are_later_are_named(tmp_path):
+    path = tmp_path / "a.csv"
+    text = "Time A (s),U (V),Time B (ms),F (N)\n" + lines(TIME, VOLTAGE, MILLISECONDS + 1, FORCE)
+    trace = imported(path, text, {"lateral_force": "F", "drive_voltage": "U"})
+    assert "they are 1 ms later than those of 'Time A'" in trace.attrs["history"]
+    np.testing.assert_allclose(imported(path, text, {"lateral_force": "F"}, time="Time B").time, TIME + 0.001)
+    beside = "Time A (s),Time B (ms),U (V),F (N)\n" + lines(TIME, MILLISECONDS + 1, VOLTAGE, FORCE)
+    assert "are 1 ms later" not in imported(path, beside, {"lateral_force": "F"}).attrs["history"]
