@@ -1,7 +1,9 @@
 """Exports of scopes, loggers and scripts, of known arrays, that lost a factor, a sign or a row: right, or asked for by name."""
 
+import h5py
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 import electrovib as ev
 from electrovib.core.errors import InputError
@@ -147,3 +149,45 @@ def test_times_behind_a_signal_that_are_later_are_named(tmp_path):
     np.testing.assert_allclose(imported(path, text, {"lateral_force": "F"}, time="Time B").time, TIME + 0.001)
     beside = "Time A (s),Time B (ms),U (V),F (N)\n" + lines(TIME, MILLISECONDS + 1, VOLTAGE, FORCE)
     assert "are 1 ms later" not in imported(path, beside, {"lateral_force": "F"}).attrs["history"]
+
+
+@pytest.mark.parametrize("of_group", [False, True])
+def test_counts_with_a_factor_that_is_no_standard_have_no_unit(tmp_path, of_group):
+    path, counts = tmp_path / "a.h5", np.round(VOLTAGE * 300).astype("i2")
+    with h5py.File(path, "w") as file:
+        group = file.create_group("ch1")
+        group["u"] = counts
+        group["u"].attrs["units"] = "V"
+        (group if of_group else group["u"]).attrs["YInc" if of_group else "gain"] = 1 / 300
+    with pytest.raises(InputError, match="states no unit"):
+        ev.import_file(path, {"drive_voltage": "ch1/u"}, step="5 ms")
+    assert "= 0.00333333: it is not applied to 'ch1/u'" in "\n".join(list_columns(path))
+    trace = ev.import_file(
+        path, {"drive_voltage": "ch1/u [V]"}, step="5 ms", scale={"drive_voltage": 1 / 300}
+    )
+    np.testing.assert_allclose(trace.drive_voltage, counts / 300)
+    with h5py.File(path, "a") as file:
+        file["ch1/u"].attrs["scale_factor"] = 1 / 300  # which is applied
+        (file["ch1"] if of_group else file["ch1/u"]).attrs.pop("YInc" if of_group else "gain")
+    trace = ev.import_file(path, {"drive_voltage": "ch1/u"}, step="5 ms")
+    np.testing.assert_allclose(trace.drive_voltage, counts / 300)
+
+
+def test_channels_of_labchart_one_behind_the_other_are_refused(tmp_path):
+    path = tmp_path / "a.mat"
+    ends = np.array([[60.0], [120.0]])
+    savemat(path, {"data": np.append(FORCE, VOLTAGE)[None], "datastart": ends - 59, "dataend": ends})
+    with pytest.raises(InputError, match=r"data\(datastart\(1\):dataend\(1\)\)"):
+        ev.import_file(path, {"lateral_force": "data [N]"}, step="5 ms")
+
+
+def test_stamps_of_tdms_are_times(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "a.tdms"
+    stamps = np.datetime64("2026-11-28T10:00:00") + (1e6 * TIME).astype("m8[us]")
+    with nptdms.TdmsWriter(str(path)) as file:
+        force = nptdms.ChannelObject("G", "F", FORCE, {"unit_string": "N"})
+        file.write_segment([nptdms.ChannelObject("G", "At", stamps), force])
+    trace = ev.import_file(path, {"lateral_force": "G/F"})
+    np.testing.assert_allclose(trace.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(trace.lateral_force, FORCE)
