@@ -191,3 +191,33 @@ def test_stamps_of_tdms_are_times(tmp_path):
     trace = ev.import_file(path, {"lateral_force": "G/F"})
     np.testing.assert_allclose(trace.time, TIME, atol=1e-9)
     np.testing.assert_allclose(trace.lateral_force, FORCE)
+
+
+FREQUENCIES = np.logspace(2, 5, 31)
+PART = 1 / (1 / 50e3 + 2j * np.pi * FREQUENCIES * 1e-9)
+
+
+def test_a_spectrum_of_a_keysight_analyser(tmp_path):
+    text = "!CSV A.01.01\n!Date: Sat\n\nBEGIN CH1_DATA\nFrequency(Hz),|Z|(Ohm)-data,theta-z(deg)-data\n"
+    trace = imported(
+        tmp_path / "a.csv", text + lines(FREQUENCIES, np.abs(PART), np.angle(PART, deg=True)) + "END\n", {}
+    )
+    np.testing.assert_allclose(trace.impedance, PART)
+    assert '"warning"' not in trace.attrs["validity"]
+
+
+@pytest.mark.parametrize(
+    ("headings", "scale"), [("Z' (ohm),Z'' (ohm)", "imaginary"), ("|Z| (ohm),Phase (deg)", "phase")]
+)
+def test_a_capacitor_that_looks_like_a_coil_is_warned_of(tmp_path, headings, scale):
+    columns = (PART.real, -PART.imag) if scale == "imaginary" else (np.abs(PART), -np.angle(PART, deg=True))
+    text = f"Frequency (Hz),{headings}\n{lines(FREQUENCIES, *columns)}"
+    trace = imported(tmp_path / "a.csv", text, {})
+    assert "is above 0, as of a coil, at 100% of the frequencies" in trace.attrs["validity"]
+    meanings = {"frequency": "Frequency", scale: headings.split(",")[1]}
+    meanings |= {"real": "Z'"} if scale == "imaginary" else {"modulus": "|Z|"}
+    trace = imported(tmp_path / "a.csv", text, meanings, scale={scale: -1})
+    np.testing.assert_allclose(trace.impedance, PART)
+    assert "coil" not in trace.attrs["validity"]
+    resistor = f"Frequency (Hz),Z' (ohm),Z'' (ohm)\n{lines(FREQUENCIES, 1 + 0 * FREQUENCIES, np.sin(37 * FREQUENCIES))}"
+    assert "coil" not in imported(tmp_path / "a.csv", resistor, {}).attrs["validity"]

@@ -106,6 +106,8 @@ def name_and_known_unit(heading: str) -> tuple[str, str]:
 def name_and_unit(heading: str) -> tuple[str, str]:
     """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``; a unit that is not known stays as written."""
     heading = heading[:_LONGEST_HEADING]
+    if heading.endswith(")-data"):  # of impedance analysers of Keysight, as in '|Z|(Ohm)-data'
+        heading = heading.removesuffix("-data")
     if found := _PARTS_OF_ZPLOT.fullmatch(heading):
         return found[1], "ohm"
     if (found := _BRACKETS.fullmatch(heading)) and _is_unit(*found.group(1, 2, 3)):
