@@ -142,8 +142,9 @@ def about_reactance(impedance: Complex) -> list[Diagnostic]:
     if (share := float(np.mean(impedance.imag > 0))) <= _MOST_INDUCTIVE:
         return []
     text = (
-        f"the imaginary part is above 0, as of a coil, at {share:.0%} of the frequencies; skin, films and gaps are capacitors."
-        " If the instrument writes minus the phase or minus the imaginary part, state it (--set scale.phase=-1 or scale.imaginary=-1)"
+        f"the imaginary part is above 0, as of a coil, at {share:.0%} of the frequencies; skin, films and gaps are"
+        " capacitors. If the instrument writes minus the phase or minus the imaginary part, state it"
+        " (--set scale.phase=-1 or scale.imaginary=-1)"
     )
     return [Diagnostic("sign of the imaginary part", "warning", text, share, _MOST_INDUCTIVE, "1")]
 
