@@ -221,3 +221,50 @@ def test_a_capacitor_that_looks_like_a_coil_is_warned_of(tmp_path, headings, sca
     assert "coil" not in trace.attrs["validity"]
     resistor = f"Frequency (Hz),Z' (ohm),Z'' (ohm)\n{lines(FREQUENCIES, 1 + 0 * FREQUENCIES, np.sin(37 * FREQUENCIES))}"
     assert "coil" not in imported(tmp_path / "a.csv", resistor, {}).attrs["validity"]
+
+
+@pytest.mark.parametrize(
+    "rate", ["0.2,kS/s", "0.2,ksps", "0.2,kHz", "200,Samples/s", "200,S/s", "200,CH1", "200,250"]
+)
+def test_the_unit_of_a_rate_may_stand_in_the_next_field(tmp_path, rate):
+    text = f"Sample Rate:,{rate}\nF [N],U [V]\n{lines(FORCE, VOLTAGE)}"
+    trace = imported(tmp_path / "a.csv", text, {"lateral_force": "F"})
+    np.testing.assert_allclose(trace.time, TIME, atol=1e-9)
+
+
+@pytest.mark.parametrize("step", ["5000,us", "5,ms", "0.005,s", "0.005,"])
+def test_the_unit_of_a_step_may_stand_in_the_next_field(tmp_path, step):
+    text = f"Sample Interval,{step}\nF [N],U [V]\n{lines(FORCE, VOLTAGE)}"
+    trace = imported(tmp_path / "a.csv", text, {"lateral_force": "F"})
+    np.testing.assert_allclose(trace.time, TIME, atol=1e-9)
+
+
+@pytest.mark.parametrize(("rate", "is_one"), [("200 Hz", True), ("199 Hz", True), ("100 Hz", False)])
+def test_two_steps_of_a_preamble_that_contradict_each_other_are_named(tmp_path, rate, is_one):
+    path = tmp_path / "a.csv"
+    text = f"dt = 5 ms\nfs = {rate}\nF [N]\tU [V]\n" + lines(FORCE, VOLTAGE, separator="\t")
+    if is_one:
+        np.testing.assert_allclose(imported(path, text, {"lateral_force": "F"}).time, TIME, atol=1e-9)
+        return
+    with pytest.raises(InputError, match="neither times nor a time step"):
+        imported(path, text, {"lateral_force": "F"})
+    assert "the file states 5 ms by 'dt', 10 ms by 'fs'" in "\n".join(list_columns(path))
+    assert imported(path, text, {"lateral_force": "F"}, step="5 ms").time[1] == 0.005
+
+
+def test_days_of_a_spreadsheet_are_no_seconds(tmp_path):
+    path = tmp_path / "a.csv"
+    text = "Time,F [N]\n" + lines([f"{46354.4 + row / 86400:.10f}" for row in ROWS], FORCE)
+    with pytest.raises(InputError, match="states no unit for 'Time'"):
+        imported(path, text, {"lateral_force": "F"})
+    trace = imported(path, text, {"lateral_force": "F"}, time="Time [day]")
+    np.testing.assert_allclose(trace.time - trace.time[0], ROWS, atol=1e-4)
+    started = "Time,F [N]\n" + lines(TIME + 20, FORCE)  # 68 lengths of the record after zero
+    np.testing.assert_allclose(imported(path, started, {"lateral_force": "F"}).time, TIME + 20)
+
+
+def test_a_rule_below_the_numbers_is_no_row(tmp_path):
+    path = tmp_path / "a.csv"
+    text = "Time [s],F [N]\n" + lines(TIME, FORCE) + "-----\nMax 0.4\n"
+    np.testing.assert_allclose(imported(path, text, {"lateral_force": "F"}).lateral_force, FORCE)
+    assert "2 lines, 62 to 63: no samples" in "\n".join(list_columns(path))

@@ -59,7 +59,7 @@ _NO_NAME: Final = re.compile(r"[+-]?[\d.]")
 _NAMED_ROW: Final = re.compile(r'"\d+"[^"]*$')
 """Row of numbers behind its own in quotation marks, as R writes tables, whose headings leave that one out."""
 _QUOTED: Final = re.compile(r'"([^"]*)"|([^\s"]+)')
-_RULE: Final = re.compile(r"[#%\s]*[-=_*+|~]{3,}[-=_*+|~\s]*|BEGIN")
+RULE: Final = re.compile(r"[#%\s]*[-=_*+|~]{3,}[-=_*+|~\s]*|BEGIN")
 """Line that divides headings from numbers."""
 _OF_ONE_COLUMN: Final = re.compile(
     r"[#%\s]*(?:column|col|channel|field)\s*(\d+)\s*[:=]\s*(\S.*?)\s*", re.IGNORECASE
@@ -228,7 +228,7 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
         row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row
         for at, row in enumerate(rows)
     ]
-    above = [at for at in range(first) if any(rows[at]) and not _RULE.fullmatch(lines[at])]
+    above = [at for at in range(first) if any(rows[at]) and not RULE.fullmatch(lines[at])]
     statistics = [at for at in above if is_statistic(rows[at], notation)]
     above = [at for at in above if at not in statistics] if statistics != above else above
     for at in above[-3:]:  # headings of several words, of which blanks alone would make several headings

@@ -37,6 +37,8 @@ _VAGUE: Final = frozenset({"resolution", "interval", "clock"})
 _TIMING: Final = _STEP | _START
 _SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
 """A second that is written as S, as some oscilloscopes do."""
+_PER_SECOND: Final = re.compile(r"(S(a|amples?)?|samples?|s)(/s(ec)?|ps)$")
+"""Samples per second, with a prefix before them, as of a rate."""
 _LONGEST_SETTING: Final = 200
 _MOST_SETTINGS: Final = 200
 _NAMES: Final = frozenset({"tracename", "channeltitle", "channel title", "channel name", "channel names"})
@@ -92,20 +94,28 @@ def _looks_like_number(text: str) -> bool:
     return any(Notation(decimal=sign).is_number(text) for sign in ".,")
 
 
-def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, float]:
-    """Find the time step [s], None if it is not stated, and the first time [s], 0 if it is not stated, in the preamble."""
-    step: float | None = None
+def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[dict[str, float], float]:
+    """Find the time steps [s] that the preamble states, by name, and the first time [s], 0 if it is not stated."""
+    steps: dict[str, float] = {}
     start = 0.0
     for key, value in settings.items():
         name = _key_of(key)
         unit = (re.search(r"[\[(](.*?)[\])]", key) or [None, ""])[1] or ""
         if name in _STEP and (unit or name not in _VAGUE or not _looks_like_number(value)):
-            step = _seconds(value, unit, layout) or step
+            steps |= {key: step} if (step := _seconds(value, unit, layout)) else {}
         elif name in _RATE and (rate := _hertz(value, unit, layout)):
-            step = 1 / rate
+            steps[key] = 1 / rate
         elif name in _START:
             start = _seconds(value, unit, layout) or start
-    return step, start
+    return steps, start
+
+
+def _contradiction(steps: Mapping[str, float]) -> list[NotRead]:
+    """Name time steps of which one is not another, within 1 %."""
+    if not steps or max(steps.values()) <= (1 + _OF_A_STEP) * min(steps.values()):
+        return []
+    stated = ", ".join(f"{format_quantity(step, 's', digits=4)} by '{key}'" for key, step in steps.items())
+    return [NotRead(name="the time step", why=f"the file states {stated}; state the right one with step")]
 
 
 def _seconds(value: str, unit: str, layout: Layout) -> float | None:
@@ -113,14 +123,18 @@ def _seconds(value: str, unit: str, layout: Layout) -> float | None:
 
 
 def _hertz(value: str, unit: str, layout: Layout) -> float | None:
-    return _quantity(re.sub(r"S(a|ample)?(/s|ps)$", "Hz", value.partition(", ")[0]), unit, "Hz", layout)
+    first, *others = value.split(", ")
+    as_hertz = ", ".join(_PER_SECOND.sub("Hz", each) for each in (first, *others[:1]))
+    return _quantity(as_hertz, unit, "Hz", layout)
 
 
 def _quantity(value: str, unit: str, kind: str, layout: Layout) -> float | None:
-    """Read '1.0E-6', '2,0 us', or '1 us' with its unit in the key; None if it is no such quantity."""
-    text = value.partition(", ")[0].strip()
+    """Read '1.0E-6', '2,0 us', or '1 us' with its unit in the key or in the next field; None if it is no such quantity."""
+    text, _, beside = (part.strip() for part in value.partition(", "))
     if layout.decimal_comma:
         text = text.replace(",", ".")
+    beside = as_unit(beside.partition(", ")[0]) or beside
+    unit = unit or (beside if (kind_and_factor(beside) or ("",))[0] == kind else "")
     for candidate in (f"{text} {unit}" if unit else text, f"{text} {kind}", text):
         try:
             found = parse_quantity(candidate, kind)
@@ -165,9 +179,13 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
 
     Where the preamble states another step than the column of times has, both are in the record.
     """
-    step, start = timing(layout, settings)
+    steps, start = timing(layout, settings)
+    doubt = _contradiction(steps)
+    step = None if doubt or not steps else min(steps.values())
     channels = [_in_unit_of_time(each) for each in columns]
-    recorded = Recorded(channels=tuple(channels), step=step, start=start, attributes=settings)
+    recorded = Recorded(
+        channels=tuple(channels), step=step, start=start, attributes=settings, not_read=tuple(doubt)
+    )
     numbers_rows = is_index(layout, channels[0])
     if len(channels) > 1 and not any(FREQUENCY.match(each.name) for each in channels):
         times = _pairs(layout, channels) or [
