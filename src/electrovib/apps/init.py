@@ -56,7 +56,9 @@ def init(
 
         place = output_path(output)
         if place.suffix.lower() != ".toml":
-            raise InputError(f"a scenario is written as .toml, not as '{place.suffix}'", path=place)
+            raise InputError(
+                f"a scenario is written as .toml, such as '{place.with_suffix('.toml')}'", path=place
+            )
         check_writable({place: Form.SCENARIO}, inputs=inputs, force=force)
         write_text(place, f"# {unsigned(Form.SCENARIO)}\n{text}", Form.SCENARIO, force=force)
     return text

@@ -151,8 +151,8 @@ _ROUNDING: Final = 1e-6
 """Relative error of these magnitudes in single precision."""
 _FILLS: Final = (1e20, 1e30, 1e36, 9.96920996838687e36, 3.4028234663852886e38, 1.7976931348623157e308)
 """Magnitudes that programs write where there is no number, among others that are far below: of netCDF, and the largest floats."""
-_NINES: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99)
-"""Numbers that stand for no reading where they repeat far below the others."""
+_NINES: Final = (-999.0, -9999.0, -99999.0, -999.25, -999.9, -999.99, -1e6)
+"""Numbers that stand for no reading where they repeat far below the others; the last one is written by catman."""
 
 
 def missing_numbers(values: Real) -> tuple[np.ndarray[Any, np.dtype[np.bool_]], dict[float, int]]:

@@ -314,9 +314,11 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
 
 def _no_spectrum(recorded: Recorded, why: str) -> InputError:
     listed = ", ".join(f"'{each.name}'" for each in recorded.channels)
+    likely = (each.name for each in recorded.channels if each.name != recorded.time and not each.unit)
+    first = next(likely, "COLUMN")
     return InputError(
-        f"columns: {why}; the file has {listed}. State what they are, for instance columns = frequency:"
-        f" '{recorded.channels[0].name}'"
+        f"columns: {why}; the file has {listed}. State what they are, for instance columns = frequency: '{first}'"
+        f" (--column frequency='{first}')"
     )
 
 

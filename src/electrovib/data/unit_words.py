@@ -30,12 +30,19 @@ _LIKE_A_UNIT: Final = re.compile(
 _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
 """Headings of the parts of an impedance, of which ZPlot calls one a and the other b."""
 _RESISTIVITY: Final = re.compile(r"([kMGTmuµ]?)(?:[Oo]hms?|OHMS?|Ω|\u2126)[ .*·⋅-]?(c?m)(\^?2|²|)")
-_TIME: Final = re.compile(r"(?P<name>(?i:t|time|zeit|temps)_(?P<unit>[mnuµ]?s))")
-"""Headings of times that end with their unit; after other names a letter may be an index, as N in ``F_N``."""
 _SIEMENS: Final = re.compile(r"[munp]S")
 _TIMES: Final = re.compile(r"t(ime)?\b|zeit|temps|x\b", re.IGNORECASE)
 """Names of columns in which some oscilloscopes write S for a second."""
-_CONDUCTIVITY: Final = re.compile(r"(?P<name>.+?)(?: in |/)(?P<unit>[mnuµ]?S/c?m)")
+_AT_THE_END: Final = (
+    re.compile(r"(?P<name>(?i:t|time|zeit|temps)_(?P<unit>[mnuµ]?s))"),
+    re.compile(r"(?P<name>.+_(?P<unit>[pnuµmk][VANF]|[munµ]s|[nuµmc]m|[kM]?Hz|k?Pa|k?gf))"),
+    re.compile(r"(?P<name>(?:CH|MATH)\d)(?P<unit>[VA])"),
+    re.compile(r"(?P<name>.+?)(?: in |/)(?P<unit>[mnuµ]?S/c?m)"),
+)
+"""Headings that end with their unit: times, names of scripts, channels of Rigol, conductivities.
+
+After other names than those of times a single letter may be an index, as N in ``F_N``.
+"""
 UNITS: Final = {
     "volt": "V", "volts": "V", "v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ampere": "A", "amperes": "A",
     "amp": "A", "amps": "A", "a": "A", "ma": "mA", "ua": "uA", "second": "s", "seconds": "s", "sec": "s", "s": "s",
@@ -46,10 +53,20 @@ UNITS: Final = {
     "db": "dB", "%": "%", "unknown": "", "-": "1", "#": "",
     "'": "deg", "v vs. ref.": "V", "bits": "", "deg c": "", "sequence": "",
     "value": "", "na": "nA", "pf": "pF", "nf": "nF", "uf": "uF", "kohm": "kohm", "msec": "ms", "usec": "us", "µsec": "us",
+    "millis": "ms", "micros": "us", "gram": "g", "grams": "g", "gram-force": "gf",
     "cn": "cN", "kn": "kN", "g": "g", "kg": "kg", "gf": "gf", "kgf": "kgf", "lbf": "lbf", "cm": "cm", "kpa": "kPa", "rpm": "rpm",
 }  # fmt: skip
 """Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
 _WITH_PREFIX: Final = re.compile(r"[pnumkMG]?(V|A|Hz|N|ohm|Ω|F|Pa|W)|[pnum]?s|[numck]?m|min")
+_MEGA_OR_MILLI: Final = re.compile(r"M[VAN]")
+"""Units that instruments with capitals alone write for mV, mA and mN, and that none of them measures; the unit is asked for."""
+_POWER: Final = re.compile(
+    r"[x×*·]? ?(?:1[eE]|10 ?\^|10\*\*|10(?=[-+\u2212]))\(?([-+\u2212]?\d{1,2})\)? ?[x×*·]? ?(V|A|N|s|m|F|Pa|ohm|W)"
+)
+_OF_POWER: Final = {"-9": "n", "-6": "u", "-3": "m", "0": "", "3": "k", "6": "M"}
+"""Prefix of a power of ten that stands before a unit, as in ``[10^-3 N]``."""
+HAS_POWER: Final = re.compile(r"\b(10 ?\^|10\*\*|1[eE])\(? ?[-+\u2212]?\d|[x×*] ?(10|1e)", re.IGNORECASE)
+"""Headings with a power of ten that may stand for a factor of the numbers, or for one that they have already."""
 _PER_TIME: Final = re.compile(r"([a-zµ]{1,2})/(s|sec|second)s?", re.IGNORECASE)
 _FORCE: Final = re.compile(r"f([a-z]|_[a-z]+)?|.*(force|load|friction|kraft|effort).*", re.IGNORECASE)
 """Names of columns of forces, which some tribometers state in the mass whose weight they are."""
@@ -89,16 +106,19 @@ def name_and_known_unit(heading: str) -> tuple[str, str]:
 def name_and_unit(heading: str) -> tuple[str, str]:
     """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``; a unit that is not known stays as written."""
     heading = heading[:_LONGEST_HEADING]
+    if heading.endswith(")-data"):  # of impedance analysers of Keysight, as in '|Z|(Ohm)-data'
+        heading = heading.removesuffix("-data")
     if found := _PARTS_OF_ZPLOT.fullmatch(heading):
         return found[1], "ohm"
     if (found := _BRACKETS.fullmatch(heading)) and _is_unit(*found.group(1, 2, 3)):
         name, _, unit = found.groups()
         siemens = _SIEMENS.fullmatch(unit) and not _TIMES.match(name)
         known = unit if siemens else as_unit(unit)
-        return name or heading, unit if known is None else known
+        is_open = bool(_MEGA_OR_MILLI.fullmatch(unit))
+        return heading if is_open else name or heading, unit if known is None else known
     if heading.startswith("in ") and as_unit(heading[3:]):  # as Rohde & Schwarz write the time
         return "time", as_unit(heading[3:]) or ""
-    if found := _TIME.fullmatch(heading) or _CONDUCTIVITY.fullmatch(heading):
+    if found := next(filter(None, (form.fullmatch(heading) for form in _AT_THE_END)), None):
         return found["name"], found["unit"].replace("µ", "u")
     parted = [heading.rpartition(sign) for sign in (" / ", " in ", ", ")]
     for name, _, last in (*parted, heading.partition("/"), heading.rpartition("/")):
@@ -120,6 +140,10 @@ def _is_unit(name: str, opening: str, unit: str) -> bool:
 def as_unit(text: str) -> str | None:
     """Return the unit that a word stands for; None if it is no unit, and empty for a word such as ``"unknown"``."""
     text = unicodedata.normalize("NFKC", text).strip().replace("\u03bc", "u")
+    if _MEGA_OR_MILLI.fullmatch(text):
+        return ""
+    if found := _POWER.fullmatch(text):
+        text = _OF_POWER.get(found[1].replace("\u2212", "-").lstrip("+"), "?") + found[2]
     if _WITH_PREFIX.fullmatch(text):
         return text.replace("Ω", "ohm")
     if found := _RESISTIVITY.fullmatch(text.strip()):

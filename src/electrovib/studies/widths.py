@@ -79,7 +79,7 @@ def sentences(widths: Iterable[Width]) -> tuple[str, ...]:
 ONE_FINGER: Final = Width(name=SAMPLING, text="these are numbers of one finger; a space draws others")
 UNFELT: Final = Width(
     name=THRESHOLDS,
-    text="these are no levels of what is felt, which 'electrovib find-value --want \"detection level = 0 dB\"' has",
+    text="no number here says what is felt; 'electrovib find-value --want \"detection level = 0 dB\"' finds what is just felt",
 )
 BETWEEN_PEOPLE: Final = Width(
     name=PEOPLE,

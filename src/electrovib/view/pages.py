@@ -99,7 +99,7 @@ def check_page(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = F
     """Check, before the computation, that a page can be written."""
     path = output_path(path)
     if path.suffix.lower() not in {".html", ".htm"}:
-        raise InputError(f"a report is an .html file, not '{path.suffix}'", path=path)
+        raise InputError(f"a report is an .html file, such as '{path.with_suffix('.html')}'", path=path)
     check_writable({path: Form.PAGE}, inputs=inputs, force=force)
 
 

@@ -82,6 +82,7 @@ def test_an_exponential_takes_its_time_constant_times_a_logarithm(levels):
         assert each.recorded.count == 2
         assert each.parameters["time_constant"].value == pytest.approx(TAU, rel=3e-4)
         assert "no sensor was taken out" in " ".join(each.remarks)
+    assert f"between {100 * low:g} % and {100 * high:g} % as recorded" in " ".join(found.document.sentences)
 
 
 @pytest.mark.parametrize(("frequency", "quality"), [(380.0, 3.0), (640.0, 10.0), (50.0, 0.8)])

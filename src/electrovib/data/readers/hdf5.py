@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 import warnings
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
@@ -45,8 +46,17 @@ _FILTERS: Final = {
     32018: "fcidecomp", 32024: "sz3", 32026: "blosc2",
 }  # fmt: skip
 """Filters by the numbers under which they are registered with the HDF Group."""
+_FACTOR: Final = re.compile(
+    r"gain|scal(e|ing)(_?factor)?|slope|multiplier|conversion(_?factor)?|y_?inc(rement)?|y_?mult|lsb|volts_?per_?\w+",
+    re.IGNORECASE,
+)
+"""Attributes by which programs other than those of netCDF say what the stored numbers are to be multiplied by."""
 _ELSEWHERE: Final = "is a link to another place, which is not followed; copy its numbers into this file"
 _OUTSIDE: Final = "outside the valid range that the file states"
+_NOT_APPLIED: Final = (
+    "it is not applied to '{name}', whose unit is therefore left open; if the stored numbers are to be multiplied by it, state"
+    " the unit behind the name and the number as scale (--set scale.SIGNAL=NUMBER)"
+)
 _BLOCK: Final = 1 << 20
 _MOST_OBJECTS: Final = 2000
 _DEEPEST: Final = 12
@@ -77,22 +87,45 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
     arrays = list(_arrays(contents(path)))
-    clocks = {name: dimension for name, *_, dimension, _ in arrays}
+    clocks = {name: dimension for name, *_, dimension, _, _ in arrays}
     found = table_of_arrays(path, [each[:3] for each in arrays], part=part, clocks=clocks)
-    outside = [NotRead(name=f"{count} values of {name}", why=_OUTSIDE) for name, *_, count in arrays if count]
-    return replace(found, not_read=(*found.not_read, *outside))
+    outside = [
+        NotRead(name=f"{count} values of {name}", why=_OUTSIDE) for name, *_, count, _ in arrays if count
+    ]
+    factors = [
+        NotRead(name=factor, why=_NOT_APPLIED.format(name=name)) for name, *_, factor in arrays if factor
+    ]
+    return replace(found, not_read=(*found.not_read, *outside, *factors))
 
 
-def _arrays(content: dict[Any, Any]) -> Iterator[tuple[str, str, NDArray[Any] | str, str, int]]:
-    """Iterate over name, unit and values of each variable, its first dimension, and how many values are out of range."""
+def _arrays(content: dict[Any, Any]) -> Iterator[tuple[str, str, NDArray[Any] | str, str, int, str]]:
+    """Iterate over name, unit and values of each variable, its first dimension, how many values are out of range, and a factor.
+
+    Whole numbers with a factor that netCDF does not know are left as they are stored, without a unit.
+    """
     for name in [each[1] for each in content if each[0] == "about"]:
         about = content["about", name]
         group, _, last = name.rpartition("/")
         own, stated = name_and_unit(last)
         label = f"{group}/{own}" if group else own
         unit = str(next((about["attributes"][key] for key in _UNITS if key in about["attributes"]), stated))
-        values, beyond = decoded(about, content.pop(("values", name), None))
-        yield label, _TIMES.get(unit, unit), values, "".join(about["dims"][:1]), beyond
+        raw = content.pop(("values", name), None)
+        values, beyond = decoded(about, raw)
+        factor = "" if raw is None or raw.dtype.kind not in "iu" else _factor(about)
+        unit = "" if factor else _TIMES.get(unit, unit)
+        yield label, unit, values, "".join(about["dims"][:1]), beyond, factor
+
+
+def _factor(about: Mapping[str, Any]) -> str:
+    """Return the attribute that states a factor of a variable which is not applied, with its value; empty if there is none."""
+    stated = {**about.get("group", {}), **about["attributes"]}
+    numbers = {
+        name: value
+        for name, value in stated.items()
+        if isinstance(value, (int, float)) and value not in (0, 1)
+    }
+    found = next((name for name in numbers if _FACTOR.fullmatch(name) and name not in _PACKING), "")
+    return f"attribute {found} = {numbers[found]:.6g}" if found else ""
 
 
 def decoded(about: Mapping[str, Any], raw: NDArray[Any] | None) -> tuple[NDArray[Any] | str, int]:
@@ -158,8 +191,8 @@ class NetcdfVariable:
     """A variable that is not yet read.
 
     The type is ``object`` for texts. `stated` are its attributes, `dimensions` returns the names of the
-    dimensions, and `read` the numbers, or the texts as nested lists. `refusal` is the reason why the
-    variable must not be read, `filters` say how it is compressed.
+    dimensions, and `read` the numbers, or the texts as nested lists. `group` are the attributes of its
+    group, `refusal` is the reason why the variable must not be read, `filters` say how it is compressed.
     """
 
     shape: tuple[int, ...] = ()
@@ -167,6 +200,7 @@ class NetcdfVariable:
     stated: Mapping[str, Any] = field(default_factory=dict)
     dimensions: Callable[[], list[str]] = list
     read: Callable[[], NDArray[Any] | list[Any] | str] = str
+    group: Mapping[str, Any] = field(default_factory=dict)
     refusal: str = ""
     filters: str = ""
 
@@ -191,7 +225,7 @@ def variables(
                     size = megabytes(path.stat().st_size)
                     raise packed(path, f"'{name}' declares {megabytes(declared)} in a file of {size}")
                 about |= {"attributes": _attributes(variable.stated), "packing": _packing(variable.stated)}
-                about["dims"] = variable.dimensions()
+                about |= {"dims": variable.dimensions(), "group": _attributes(variable.group, _FACTOR)}
                 try:
                     values = variable.read()
                 except OSError:
@@ -289,6 +323,7 @@ def _dataset(file: h5py.File, place: str, entry: h5py.Dataset) -> Iterator[tuple
         stated=entry.attrs,
         dimensions=lambda: _dimensions(file, place.rpartition("/")[2], entry),
         read=whole,
+        group=entry.parent.attrs,
         filters=_filters(entry),
     )
     if not entry.dtype.names:
@@ -325,11 +360,11 @@ def _dimensions(file: h5py.File, name: str, entry: h5py.Dataset) -> list[str]:
     return found if len(found) == len(set(found)) == len(entry.shape) else []
 
 
-def _attributes(stated: Mapping[str, Any]) -> dict[str, Any]:
-    """Read attributes; one that is damaged, or of a type of its own, is left out."""
+def _attributes(stated: Mapping[str, Any], form: re.Pattern[str] | None = None) -> dict[str, Any]:
+    """Read attributes, of a `form` if one is given; one that is damaged, or of a type of its own, is left out."""
     found = {}
     for name in stated:
-        if name not in _OF_THE_FORMAT:
+        if name not in _OF_THE_FORMAT and (form is None or form.fullmatch(name)):
             with suppress(OSError, RuntimeError, ValueError, LookupError, TypeError):
                 found[name] = _plain(stated[name])
     return found

@@ -78,14 +78,17 @@ def _channels(path: Path) -> Iterator[tuple[Any, Any]]:
             begin = float(offset) if isinstance(offset, (int, float)) and np.isfinite(offset) else 0.0
             moment = _start_time(channel)
             begin += 0.0 if moment is None else float((moment - min(begins)) / np.timedelta64(1, "s"))
-            yield (at, name, unit, float(step) if even else None, begin), np.asarray(channel[:], dtype=float)
+            values = np.asarray(channel[:])
+            if values.dtype.kind == "M":  # stamps; those of waveforms have priority over them
+                unit, values = "s", (values - values[0]) / np.timedelta64(1, "s")
+            yield (at, name, unit, float(step) if even else None, begin), np.asarray(values, dtype=float)
 
 
 def _not_numbers(channel: Any) -> str:
     """Say why a channel is no row of numbers; empty if it is one."""
     if not len(channel):
         return "it is empty"
-    if channel.dtype is None or np.dtype(channel.dtype).kind not in "fiub":
+    if channel.dtype is None or np.dtype(channel.dtype).kind not in "fiubM":
         return f"it holds {text_of(channel.dtype)}, not numbers"
     return ""
 

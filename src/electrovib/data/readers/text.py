@@ -14,10 +14,10 @@ from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
 from electrovib.data.text.body import Body, body_of, read_columns
 from electrovib.data.text.hypotheses import find_layout
-from electrovib.data.text.layout import BEGINNING, Layout, as_utf8, check_width, inspected
+from electrovib.data.text.layout import BEGINNING, SCALING, Layout, as_utf8, check_width, inspected, split
 from electrovib.data.text.preamble import named_by_preamble, segments_of, settings_of, with_clocks
 from electrovib.data.text.stamps import stamp_columns, with_stamps
-from electrovib.data.unit_words import Cells, Notation, numbers_of
+from electrovib.data.unit_words import Cells, Notation, as_unit, numbers_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -31,6 +31,7 @@ _SETTINGS: Final = 0.1
 """Share of the rows below which the numbers of a further column are settings beside the first rows."""
 _NO_TABLE_ABOVE: Final = 3
 """Most lines above the rows of numbers that cannot hold another table: headings and two rows, and headings again."""
+_UNIT_COLUMN: Final = re.compile(r"units?|einheit", re.IGNORECASE)
 _MOST_IN_TURN: Final = 20
 """Most quantities of which a text has a row each in turn."""
 _LONG_PREAMBLE: Final = 20_000
@@ -76,6 +77,7 @@ def read_laboratory_bytes(
         raw, about, others = _repeated_table(path, raw, part)
         read = read if read and not about else _rows(path, raw, **options)
     layout, lines, body = read
+    _refuse_factors(path, layout)
     if len(body.table) < _UNEVEN:
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
     stamped = stamp_columns(layout, lines)
@@ -125,7 +127,27 @@ def _left_out(layout: Layout) -> list[NotRead]:
         return []
     name = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
     said = next((cell for row in layout.faulty for cell in row if not layout.notation.is_number(cell)), "")
-    return [NotRead(name=name, why=f"words in place of numbers, the first '{said[:40]}'")]
+    why = (
+        f"words in place of numbers, the first '{said[:40]}'"
+        if said
+        else "the number of samples of each column"
+    )
+    return [NotRead(name=name, why=why)]
+
+
+def _refuse_factors(path: Path, layout: Layout) -> None:
+    """Refuse rows of factors or zeros above the numbers: whether they are applied already, the file does not tell."""
+    for line in layout.statistics:
+        name, *cells = [cell for cell in split(line, layout.delimiter) if cell]
+        if SCALING.fullmatch(name.rstrip(": ")) and {layout.notation.number(cell) for cell in cells} - {
+            0.0,
+            1.0,
+        }:
+            raise DataFileError(
+                f"'{line.strip()[:60]}' stands above the numbers, and the file does not tell whether they are multiplied by it"
+                " already; write the numbers in the units of the headings and remove this line.",
+                path=path,
+            )
 
 
 def _called(layout: Layout, place: int) -> str:
@@ -181,7 +203,11 @@ def _columns(
     if not numbers:
         raise DataFileError("holds no column of numbers.", path=path)
     layout = layout.with_columns(tuple(numbers))
-    own = tuple(units[place] or unit for place, unit in zip(numbers, layout.units, strict=True))
+    beside = {place: unit for place in numbers if (unit := _unit_beside(layout, body, place + 1))}
+    own = tuple(
+        units[place] or unit or beside.get(place, "")
+        for place, unit in zip(numbers, layout.units, strict=True)
+    )
     return dataclasses.replace(layout, units=own), numbers, not_read
 
 
@@ -199,6 +225,14 @@ def _refuse_turns(path: Path, name: str, words: Any) -> None:
             " of a row at one time.",
             path=path,
         )
+
+
+def _unit_beside(layout: Layout, body: Body, place: int) -> str:
+    """Return the unit that a column called so states in all rows for the one before it, as Keithley writes readings."""
+    if place not in body.table.columns or not _UNIT_COLUMN.fullmatch(_called(layout, place)):
+        return ""
+    words = body.table[place].unique()
+    return (as_unit(str(words[0])) or "") if len(words) == 1 else ""
 
 
 def _other(notation: Notation) -> Notation:

@@ -20,6 +20,7 @@ from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import DataColumn, NotRead, choose
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import (
+    RULE,
     STATISTICS,
     WIDE,
     WORD_WITH_UNIT,
@@ -191,7 +192,7 @@ def _behind(raw: bytes, start: int, layout: Layout) -> tuple[int, tuple[NotRead,
 
 def _is_sample(line: str, layout: Layout, usual: set[str]) -> bool:
     """Return whether a line is a row of numbers, or one that is cut off."""
-    if not line.strip() or is_comment(line):
+    if not line.strip() or is_comment(line) or RULE.fullmatch(line):
         return False
     cells = split(line, layout.delimiter)
     if any(STATISTICS.fullmatch(cell) and cell not in usual for cell in cells):

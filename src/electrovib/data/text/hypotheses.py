@@ -13,6 +13,7 @@ from electrovib.data.text.layout import (
     DELIMITERS,
     WIDE,
     Layout,
+    counts_samples,
     is_comment,
     is_statistic,
     split,
@@ -75,6 +76,8 @@ def _fit(layout: Layout, settings: int, lines: Sequence[str]) -> tuple[bool, boo
     heading = lines[layout.headings] if layout.headings < layout.first else ""
     single = layout.decimal_comma and len(layout.columns) == 1
     fields = sum(map(bool, split(heading, "," if single and not layout.delimiter else layout.delimiter)))
+    if layout.headings + 1 < layout.first and layout.names[0] == "time":
+        fields += fields + 1 == len(layout.columns)  # the row below has its unit, which alone tells it
     most = layout.width + (
         layout.delimiter not in ("", WIDE)
     )  # LabVIEW has a heading 'Comment' without a field below it
@@ -300,7 +303,14 @@ def _first(
         after = [place for place in alike if place > at]
         if after and all(any(words(place, clean)) for place in before):
             first = after[0]
-    return first
+    return _behind_counts(rows, [at for at in alike if at >= first], columns)
+
+
+def _behind_counts(rows: Sequence[Sequence[str]], alike: Sequence[int], columns: tuple[int, ...]) -> int:
+    """Return the first of the rows of numbers, or the second where the first says how many samples each column has."""
+    first, *behind = alike
+    counts = counts_samples([rows[first][place] for place in columns])
+    return behind[0] if counts and behind and all(rows[at][columns[0]] for at in behind) else first
 
 
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:

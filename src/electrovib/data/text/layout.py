@@ -43,6 +43,11 @@ STATISTICS: Final = re.compile(
     re.IGNORECASE,
 )
 """Words that stand before a row of statistics."""
+SCALING: Final = re.compile(
+    r"(scale|scaling|calibration)( ?factors?)?|factor|multiplier|gain|slope|offset|(skalierungs|umrechnungs)?faktor",
+    re.IGNORECASE,
+)
+"""Words that stand before a row of factors or zeros, one for each column."""
 _SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
 """Sign of a comment before the first heading."""
 _STATEMENT: Final = re.compile(r"[^:=]+[:=]\s*\S.*|[^,;\t]+[,;\t]\s*[+-]?\d[\d.,]*\s?[a-zA-Zµ]{1,4}(/s)?")
@@ -54,7 +59,7 @@ _NO_NAME: Final = re.compile(r"[+-]?[\d.]")
 _NAMED_ROW: Final = re.compile(r'"\d+"[^"]*$')
 """Row of numbers behind its own in quotation marks, as R writes tables, whose headings leave that one out."""
 _QUOTED: Final = re.compile(r'"([^"]*)"|([^\s"]+)')
-_RULE: Final = re.compile(r"[#%\s]*[-=_*+|~]{3,}[-=_*+|~\s]*|BEGIN")
+RULE: Final = re.compile(r"[#%\s]*[-=_*+|~]{3,}[-=_*+|~\s]*|BEGIN")
 """Line that divides headings from numbers."""
 _OF_ONE_COLUMN: Final = re.compile(
     r"[#%\s]*(?:column|col|channel|field)\s*(\d+)\s*[:=]\s*(\S.*?)\s*", re.IGNORECASE
@@ -75,8 +80,9 @@ def as_utf8(path: Path, raw: bytes) -> bytes:
     elif not raw.isascii():
         try:
             raw.decode()
-        except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
-            raw = raw.decode("latin-1").encode()
+        except UnicodeDecodeError:  # instruments write the micro sign in Latin-1, Windows a dash beyond it
+            windows = raw.decode("cp1252", errors="replace")
+            raw = (raw.decode("latin-1") if "\ufffd" in windows else windows).encode()
         raw = raw.removeprefix("\ufeff".encode())
     raw = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
     if not _TWO_LINES.search(raw, 0, _NO_TEXT):
@@ -222,7 +228,7 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
         row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row
         for at, row in enumerate(rows)
     ]
-    above = [at for at in range(first) if any(rows[at]) and not _RULE.fullmatch(lines[at])]
+    above = [at for at in range(first) if any(rows[at]) and not RULE.fullmatch(lines[at])]
     statistics = [at for at in above if is_statistic(rows[at], notation)]
     above = [at for at in above if at not in statistics] if statistics != above else above
     for at in above[-3:]:  # headings of several words, of which blanks alone would make several headings
@@ -294,9 +300,12 @@ def _one_below_the_other(
 
 
 def is_statistic(row: Sequence[str], notation: Notation) -> bool:
-    """Return whether a row states a statistic of the samples, such as ``Mean,1.5,2.5``."""
+    """Return whether a row states a statistic of the samples, such as ``Mean,1.5,2.5``, or a factor of each column."""
     filled = [cell for cell in row if cell]
-    return bool(filled and STATISTICS.fullmatch(filled[0])) and any(map(notation.is_number, filled[1:]))
+    if not filled or not any(map(notation.is_number, filled[1:])):
+        return False
+    of_columns = len(filled) > 2 and all(map(notation.is_number, filled[1:]))
+    return bool(STATISTICS.fullmatch(filled[0]) or (of_columns and SCALING.fullmatch(filled[0].rstrip(": "))))
 
 
 def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> list[str]:
@@ -320,11 +329,14 @@ def _faulty(
     """Count the rows right above the first row of numbers that hold words in place of numbers.
 
     Such a row begins with a number and has other words than units, or the same word everywhere; a row of
-    headings has neither.
+    headings has neither. The lowest may count the samples of each column in place of a first one.
     """
     count = 0
     for at in reversed(above):
         cells = [rows[at][place] for place in columns if place < len(rows[at])]
+        if not count and counts_samples(cells):
+            count += 1
+            continue
         words = [cell for cell in cells if cell and not notation.is_number(cell)]
         begins = bool(cells) and bool(cells[0]) and cells[0] not in words
         if len(cells) < len(columns) or len(columns) < 2 or any(as_unit(word) is not None for word in words):
@@ -335,6 +347,17 @@ def _faulty(
     return count
 
 
+def counts_samples(cells: Sequence[str]) -> bool:
+    """Return whether a row states how many samples each column has: one whole number, and nothing below the time."""
+    return (
+        len(cells) > 2
+        and not cells[0]
+        and cells[1].isdigit()
+        and int(cells[1]) > 1
+        and len({*cells[1:]}) == 1
+    )
+
+
 def _names_and_units(rows: Sequence[list[str]], above: Sequence[int], columns: tuple[int, ...]) -> list[int]:
     """Return the row of names and the row of units right above or below it; what stands below both is a comment."""
     for one, other in itertools.pairwise(above[-5:]):
@@ -343,8 +366,11 @@ def _names_and_units(rows: Sequence[list[str]], above: Sequence[int], columns: t
             for at in (one, other)
         )
         for names, units, order in ((first, second, [one, other]), (second, first, [other, one])):
+            has_no_name = (
+                bool(units) and as_unit(units[0]) == "s" and not any(rows[order[0]][columns[0] :][:1])
+            )
             if (
-                len(columns) / 2 < len(units) <= len(names)
+                len(columns) / 2 < len(units) <= len(names) + has_no_name
                 and _units(units)
                 and not any(as_unit(name) or _NO_NAME.match(name) for name in names)
             ):
@@ -402,11 +428,13 @@ def _named(
     names = [""] * len(places)
     units = [""] * len(places)
     for order, at in enumerate(headings):
+        of_units = order and _units([cell for cell in rows[at] if cell])
         for place in places:
             cell = rows[at][place].lstrip("#").strip() if place < len(rows[at]) else ""
             name, unit = name_and_unit(cell)
-            if order and names[place] and (own := as_unit(cell.strip("[]()"))) is not None:
+            if (of_units or (order and names[place])) and (own := as_unit(cell.strip("[]()"))) is not None:
                 units[place] = own
+                names[place] = names[place] or "time" * (own == "s")
             else:
                 names[place] = names[place] or name
                 units[place] = units[place] or unit

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.units import parse_quantity
+from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.recorded import ChannelClock, DataColumn, NotRead, Recorded, is_unit_of_time
 from electrovib.data.text.layout import Layout
 from electrovib.data.unit_words import Notation, as_unit, kind_and_factor, name_and_unit
@@ -23,11 +23,12 @@ if TYPE_CHECKING:
 _STEP: Final = frozenset({
     "increment", "sample interval", "sampleinterval", "sampling interval", "xincr", "x increment", "xincrement", "dt",
     "tinc", "t inc", "time step", "timestep", "sampling period", "sample period", "xinc", "horizontal interval",
-    "time interval", "resolution", "interval", "delta x", "hresolution", "clock",
+    "time interval", "resolution", "interval", "delta x", "hresolution", "clock", "abtastintervall", "zeitschritt",
 })  # fmt: skip
-_RATE: Final = frozenset(
-    {"sample rate", "samplerate", "sampling rate", "sampling frequency", "sample frequency", "fs"}
-)
+_RATE: Final = frozenset({
+    "sample rate", "samplerate", "sampling rate", "sampling frequency", "sample frequency", "fs", "abtastrate",
+    "abtastfrequenz", "messrate",
+})  # fmt: skip
 _START: Final = frozenset(
     {"start", "xzero", "x zero", "xorg", "xorigin", "t0", "x0", "start time", "first sample", "hoffset"}
 )
@@ -36,10 +37,14 @@ _VAGUE: Final = frozenset({"resolution", "interval", "clock"})
 _TIMING: Final = _STEP | _START
 _SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
 """A second that is written as S, as some oscilloscopes do."""
+_PER_SECOND: Final = re.compile(r"(S(a|amples?)?|samples?|s)(/s(ec)?|ps)$")
+"""Samples per second, with a prefix before them, as of a rate."""
 _LONGEST_SETTING: Final = 200
 _MOST_SETTINGS: Final = 200
 _NAMES: Final = frozenset({"tracename", "channeltitle", "channel title", "channel name", "channel names"})
-_UNITS: Final = frozenset({"vertical units", "vunit", "y unit label", "units", "unit", "yunits"})
+_UNITS: Final = frozenset({
+    "vertical units", "vunit", "y unit label", "units", "unit", "yunits", "unitname",
+})  # fmt: skip
 _ACROSS: Final = ("horizontal units", "hunit", "xunits")
 _TIME_HEADINGS: Final = ("", "time", "t", "x_value", "x value")
 _CHANNEL: Final = re.compile(r"[A-Za-z]+\s?\d*\s*:\s*")
@@ -50,6 +55,8 @@ _TIMES: Final = re.compile(
     r"(elapsed |trigger )?time(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
     re.IGNORECASE,
 )
+_OF_A_STEP: Final = 0.01
+"""Difference of two columns of the same times, in steps."""
 _BY_CHANCE: Final = 8
 """Changes that may all be upward in a column that is no time."""
 _OF_TIME: Final = re.compile(r"""["'(\[<{][mnuµ]s(ec)?["')\]>}]""")
@@ -69,6 +76,10 @@ def settings_of(layout: Layout) -> dict[str, str]:
             found.setdefault(
                 filled[0].rstrip(" :=")[:_LONGEST_SETTING], ", ".join(filled[1:])[:_LONGEST_SETTING]
             )
+    inside = (cell.partition("=") for row in layout.preamble[:_MOST_SETTINGS] for cell in row if "=" in cell)
+    for key, _, value in inside:  # of a heading such as 'tInc = 1e-6'
+        if _key_of(key) in _TIMING and _looks_like_number(value.strip()):
+            found.setdefault(key.strip(), value.strip())
     for above, below in itertools.pairwise(layout.preamble):
         pairs = zip(above, below, strict=False)
         found |= {
@@ -83,20 +94,28 @@ def _looks_like_number(text: str) -> bool:
     return any(Notation(decimal=sign).is_number(text) for sign in ".,")
 
 
-def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, float]:
-    """Find the time step [s], None if it is not stated, and the first time [s], 0 if it is not stated, in the preamble."""
-    step: float | None = None
+def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[dict[str, float], float]:
+    """Find the time steps [s] that the preamble states, by name, and the first time [s], 0 if it is not stated."""
+    steps: dict[str, float] = {}
     start = 0.0
     for key, value in settings.items():
         name = _key_of(key)
         unit = (re.search(r"[\[(](.*?)[\])]", key) or [None, ""])[1] or ""
         if name in _STEP and (unit or name not in _VAGUE or not _looks_like_number(value)):
-            step = _seconds(value, unit, layout) or step
+            steps |= {key: step} if (step := _seconds(value, unit, layout)) else {}
         elif name in _RATE and (rate := _hertz(value, unit, layout)):
-            step = 1 / rate
+            steps[key] = 1 / rate
         elif name in _START:
             start = _seconds(value, unit, layout) or start
-    return step, start
+    return steps, start
+
+
+def _contradiction(steps: Mapping[str, float]) -> list[NotRead]:
+    """Name time steps of which one is not another, within 1 %."""
+    if not steps or max(steps.values()) <= (1 + _OF_A_STEP) * min(steps.values()):
+        return []
+    stated = ", ".join(f"{format_quantity(step, 's', digits=4)} by '{key}'" for key, step in steps.items())
+    return [NotRead(name="the time step", why=f"the file states {stated}; state the right one with step")]
 
 
 def _seconds(value: str, unit: str, layout: Layout) -> float | None:
@@ -104,14 +123,18 @@ def _seconds(value: str, unit: str, layout: Layout) -> float | None:
 
 
 def _hertz(value: str, unit: str, layout: Layout) -> float | None:
-    return _quantity(re.sub(r"S(a|ample)?(/s|ps)$", "Hz", value.partition(", ")[0]), unit, "Hz", layout)
+    first, *others = value.split(", ")
+    as_hertz = ", ".join(_PER_SECOND.sub("Hz", each) for each in (first, *others[:1]))
+    return _quantity(as_hertz, unit, "Hz", layout)
 
 
 def _quantity(value: str, unit: str, kind: str, layout: Layout) -> float | None:
-    """Read '1.0E-6', '2,0 us', or '1 us' with its unit in the key; None if it is no such quantity."""
-    text = value.partition(", ")[0].strip()
+    """Read '1.0E-6', '2,0 us', or '1 us' with its unit in the key or in the next field; None if it is no such quantity."""
+    text, _, beside = (part.strip() for part in value.partition(", "))
     if layout.decimal_comma:
         text = text.replace(",", ".")
+    beside = as_unit(beside.partition(", ")[0]) or beside
+    unit = unit or (beside if (kind_and_factor(beside) or ("",))[0] == kind else "")
     for candidate in (f"{text} {unit}" if unit else text, f"{text} {kind}", text):
         try:
             found = parse_quantity(candidate, kind)
@@ -156,9 +179,13 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
 
     Where the preamble states another step than the column of times has, both are in the record.
     """
-    step, start = timing(layout, settings)
+    steps, start = timing(layout, settings)
+    doubt = _contradiction(steps)
+    step = None if doubt or not steps else min(steps.values())
     channels = [_in_unit_of_time(each) for each in columns]
-    recorded = Recorded(channels=tuple(channels), step=step, start=start, attributes=settings)
+    recorded = Recorded(
+        channels=tuple(channels), step=step, start=start, attributes=settings, not_read=tuple(doubt)
+    )
     numbers_rows = is_index(layout, channels[0])
     if len(channels) > 1 and not any(FREQUENCY.match(each.name) for each in channels):
         times = _pairs(layout, channels) or [
@@ -209,12 +236,15 @@ def _with_further_times(recorded: Recorded, times: Sequence[DataColumn]) -> Reco
     """Give the columns behind a further column of times, which differs from the first one, this time as their clock."""
     first, clocks, own = times[0], dict[str, ChannelClock](), ""
     same = {each.name for each in times[1:] if _are_equal(each, first)}
-    for channel in recorded.channels:
+    unused: list[NotRead] = []
+    for before, channel in itertools.pairwise([first, *recorded.channels]):
         if any(channel is each for each in times):
             own = "" if channel is first or _keeps_pace(channel, first) else channel.name
+            if not own and not any(before is each for each in times):
+                unused += _of_another_zero(channel, first)
         elif own:
             clocks[channel.name] = ChannelClock(time=own)
-    recorded = dataclasses.replace(recorded, clocks=clocks)
+    recorded = dataclasses.replace(recorded, clocks=clocks, not_read=(*recorded.not_read, *unused))
     for each in times[1:]:
         if each.name in same:
             recorded = without(recorded, each, f"it repeats the times of column '{first.name}'")
@@ -226,13 +256,26 @@ def _are_equal(one: DataColumn, other: DataColumn) -> bool:
     return same and bool(np.ptp(_seconds_of(one)) > 0)
 
 
+def _of_another_zero(channel: DataColumn, first: DataColumn) -> list[NotRead]:
+    """Say by how much the times behind a signal differ from those of the first column, if they do; which is right is open."""
+    later = float(np.mean(_seconds_of(channel) - _seconds_of(first)))
+    if abs(later) <= _OF_A_STEP * np.ptp(_seconds_of(first)) / first.values.size:
+        return []
+    words = f"{format_quantity(abs(later), 's', digits=4)} {'later' if later > 0 else 'earlier'}"
+    why = (
+        f"they are {words} than those of '{first.name}' in all rows, which the signals have; if those behind it were taken"
+        f" then, import them by themselves with time = '{channel.name}' (--set time=\"{channel.name}\")"
+    )
+    return [NotRead(name=f"times of '{channel.name}'", why=why)]
+
+
 def _keeps_pace(one: DataColumn, other: DataColumn) -> bool:
     """Return whether two columns of times differ by a constant alone."""
     a, b = (each.values * _factor(each) for each in (one, other))
     if not np.array_equal(np.isfinite(a), np.isfinite(b)) or np.ptp(_seconds_of(other)) == 0:
         return False
     difference = (a - b)[np.isfinite(a)]
-    return bool(np.ptp(difference) <= 0.01 * abs(np.ptp(_seconds_of(other))) / difference.size)
+    return bool(np.ptp(difference) <= _OF_A_STEP * abs(np.ptp(_seconds_of(other))) / difference.size)
 
 
 def _pairs(layout: Layout, channels: Sequence[DataColumn]) -> list[DataColumn]:

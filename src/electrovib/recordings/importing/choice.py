@@ -17,7 +17,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS, parse_quantity
 from electrovib.data.recorded import is_unit_of_time
 from electrovib.data.registry import read_recorded
-from electrovib.data.unit_words import kind_and_factor
+from electrovib.data.unit_words import HAS_POWER, as_unit, kind_and_factor, unit_of_force
 from electrovib.recordings.recording import SensorCalibration, calibrate
 
 if TYPE_CHECKING:
@@ -43,6 +43,8 @@ _WORDS: Final[Mapping[str, str]] = {
 """Signal to the pattern of its headings, in small letters, without separators; the first one that fits is taken."""
 _RATIO: Final = re.compile(r".*\b(cof|coeff?(icient)?|mu|µ|μ|ratio|reibwert|reib\w*zahl)\b.*")
 """Headings of a ratio of two forces, which is no force."""
+_COUNTER: Final = re.compile(r".*\b(sequence|status|counter|index)\b.*")
+"""Headings of what counts or flags the samples."""
 _UNSURE: Final = re.compile(r".*\b((f|force|kraft) ?y ?\d*|y (force|kraft))\b.*")
 """Headings of a force along y, which is lateral or normal."""
 _TIME: Final = re.compile(r".*\b(time|time ?stamp|t|zeit|temps|x)\b.*")
@@ -131,12 +133,23 @@ def proposed_columns(
         found[signal] = ProposedColumn(
             column=channel.name,
             signal=signal,
-            unit="" if kind else target,
+            unit="" if kind else example_unit(channel.name, target),
             scale=f"1.5 {target}/{channel.unit}"
             if kind not in ("", target)
             else _sign(signal, channel.values),
         )
     return tuple(found.values())
+
+
+def example_unit(name: str, target: str) -> str:
+    """Return the unit that a column may be in: the letters at the end of its heading, if they are one of the right kind."""
+    if HAS_POWER.search(name) or re.search(r"[\[(]M[VAN][\])]", name):
+        return (
+            "UNIT"  # whether the numbers have that factor already, or M is milli, the heading does not tell
+        )
+    own = as_unit(name.rpartition("_")[2]) if "_" in name else None
+    own = unit_of_force(name, own or "")
+    return own if own and (kind_and_factor(own) or ("",))[0] == target else target
 
 
 def _sign(signal: str, values: Real) -> str:
@@ -156,7 +169,7 @@ def _signal(name: str, kind: str) -> str:
     own = SIGNALS.get(heading.replace(" ", "_"))
     if own and own.dims == ("time",) and kind in ("", own.unit):
         return heading.replace(" ", "_")
-    if kind in ("", "1") and _RATIO.fullmatch(heading):
+    if kind in ("", "1") and (_RATIO.fullmatch(heading) or _COUNTER.fullmatch(heading)):
         return ""
     named = next((signal for signal, form in _WORDS.items() if re.fullmatch(form, heading)), "")
     if not kind or (named and (SIGNALS[named].unit == kind or kind == "V")):
@@ -209,7 +222,7 @@ def calibrated_column(
     if not unit:
         raise InputError(
             f"columns.{signal} = {column.name}: the file states no unit; write it behind the name:"
-            f" '{column.name} [{target}]', or state a scale such as '1.5 {target}/V'."
+            f" '{column.name} [{example_unit(column.name, target)}]', or state a scale such as '1.5 {target}/V'."
         )
     known = kind_and_factor(unit)
     if known is None:

@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.recorded import ChannelClock, column_of
 from electrovib.data.text.preamble import segments_of
-from electrovib.data.unit_words import kind_and_factor
+from electrovib.data.unit_words import HAS_POWER, kind_and_factor
 from electrovib.recordings.importing.choice import proposed_time
 from electrovib.recordings.importing.reduction import seconds
 
@@ -88,6 +88,8 @@ _AGREE: Final = 0.01
 """Difference between the steps of times and a stated one, relative to it, that counts as rounding."""
 _STAMP: Final = re.compile(r"time[\s_]?stamp", re.IGNORECASE)
 """Headings of times that may count any unit."""
+_FAR: Final = 100
+"""Distance of the first time from zero, in lengths of the record, from which on the times count from another day or year."""
 STAMPS: Final = ("refuse", "keep_increasing")
 """Treatments of time stamps that do not increase."""
 
@@ -169,8 +171,12 @@ def has_times(recorded: Recorded) -> bool:
 
 
 def needs_unit(column: DataColumn) -> bool:
-    """Return whether a column of times is a count in some unit that the file does not state."""
-    return not column.unit and bool(_STAMP.search(column.name))
+    """Return whether a column of times may count any unit, which the file does not state, such as days of a spreadsheet."""
+    if column.unit:
+        return False
+    known = column.values[np.isfinite(column.values)]
+    far = known.size > 1 and abs(known[0]) > _FAR * abs(known[-1] - known[0])
+    return bool(far or _STAMP.search(column.name) or HAS_POWER.search(column.name))
 
 
 def clocks_of(recorded: Recorded, columns: Sequence[str]) -> dict[ChannelClock, list[str]]:

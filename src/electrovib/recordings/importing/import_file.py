@@ -44,6 +44,7 @@ from electrovib.recordings.importing.notices import (
     MOST_COLUMNS,
     about_file,
     about_parts,
+    about_reactance,
     about_samples,
     about_sensors,
     account_lines,
@@ -299,6 +300,8 @@ def spectrum_trace(
     if found.lossless:
         text = "the table states a permittivity without loss; the loss was assumed to be 0"
         diagnostics.append(Diagnostic("loss", "unknown", text))
+    if found.impedance is not None:
+        diagnostics += about_reactance(found.impedance)
     if found.impedance is not None and (offset := phase_offset(found.frequency, found.impedance)):
         text = f"{offset.sentence()}: the instrument is badly calibrated"
         diagnostics.append(Diagnostic("calibration of the instrument", "warning", text))

@@ -15,12 +15,14 @@ from electrovib.recordings.recording import REPEATS, at_extreme, at_rail
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Complex, Real
     from electrovib.data.recorded import DataColumn, Recorded
     from electrovib.data.spectrum import MeasuredSpectrum
 
 MOST_COLUMNS: Final = 60
 _MOST_NOT_READ: Final = 20
+_MOST_INDUCTIVE: Final = 0.9
+"""Largest share of frequencies at which noise alone, about a resistor or a badly calibrated phase, makes a part inductive."""
 
 
 def account_of(recorded: Recorded) -> dict[str, list[dict[str, Any]]]:
@@ -133,6 +135,18 @@ def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnost
     """State which of several tables, and of several spectra in one of them, was read."""
     among = [Diagnostic("part of the file", "unknown", spectrum.among)] if spectrum.among else []
     return [*about_file(recorded), *among]
+
+
+def about_reactance(impedance: Complex) -> list[Diagnostic]:
+    """Warn of an impedance that is inductive at most frequencies: its imaginary part or phase is probably the negative one."""
+    if (share := float(np.mean(impedance.imag > 0))) <= _MOST_INDUCTIVE:
+        return []
+    text = (
+        f"the imaginary part is above 0, as of a coil, at {share:.0%} of the frequencies; skin, films and gaps are"
+        " capacitors. If the instrument writes minus the phase or minus the imaginary part, state it"
+        " (--set scale.phase=-1 or scale.imaginary=-1)"
+    )
+    return [Diagnostic("sign of the imaginary part", "warning", text, share, _MOST_INDUCTIVE, "1")]
 
 
 def about_samples(time: Real, readings: Mapping[str, Real], *, held: bool = False) -> list[Diagnostic]:

@@ -271,7 +271,7 @@ class MeasuredTimes(Answer):
 
 def _sentence(found: MeasuredTimes, each: DirectionTimes) -> str:
     """State the times of one direction, and what the sensor would show of an instantaneous change."""
-    shown = " to ".join(f"{100 * each:g} %" for each in found.levels)
+    shown = " and ".join(f"{100 * each:g} %" for each in found.levels)
     text = f"The {each.direction} edges take {with_ends(each.recorded, 's')} between {shown} as recorded"
     own = each.without_sensor
     if found.sensor != "none":

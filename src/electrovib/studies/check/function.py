@@ -96,7 +96,7 @@ def checked(
     values = checked_values(scenario)
     asked = asked_values(scenario, values)
     return CheckResult(
-        title=f"{name} in: {scenario.titled() or 'a scenario without a title'}",
+        title=f"{name} in: {title}" if (title := scenario.titled()) else name,
         duration=values.end,
         rows=(
             *_rows(scenario, values, declared),

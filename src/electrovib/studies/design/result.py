@@ -265,6 +265,7 @@ class DesignedParameter(Designed):
         name, free = words_at(None, wanted.name), words_at(self.base, wanted.free)
         curves = (
             Curve(label=name, x=x, y=y),
+            Curve(label="computed", x=x, y=y, kind="points", look=0),  # between them the line is no law
             Curve(label="wanted", x=x, y=np.full_like(y, wanted.value), kind="dashed", look=REFERENCE),
             Curve(label="solutions", x=solved[0], y=solved[1], kind="points", look=1),
         )

@@ -186,7 +186,8 @@ def state_of(path: Path, declared: DeclaredStudy) -> str:
     """Return the state of a store: ``absent``, ``begun`` or ``complete``."""
     if path.suffix.lower() != SUFFIX:
         raise InputError(
-            f"a study is stored in a folder whose name ends in {SUFFIX}, not in '{path.suffix}'", path=path
+            f"a study is stored in a folder whose name ends in {SUFFIX}, such as '{path.with_suffix(SUFFIX)}'",
+            path=path,
         )
     _require_zarr()
     with files.written(path):

@@ -58,7 +58,10 @@ def test_largest_and_rms_values_of_a_sine_and_of_a_slow_ramp():
     assert voltage.margin == pytest.approx(1.2)
     assert result.value("rms voltage") == pytest.approx(100 / math.sqrt(2), rel=1e-9)
     assert result.value("slew rate") == pytest.approx(2 * math.pi * 1e3 * 100, rel=1e-12)
+    untitled = ev.load(FIG6).replace({"title": ""})
+    assert ev.check(untitled).title == "the drive of the scenario"
     result = ev.check(FIG6)
+    assert result.title.startswith("the drive of the scenario in: Vezzoli 2014, figure 6")
     assert result.value("peak current") == pytest.approx(32.96e-12 * SLOPE, rel=1e-2)
     assert result.value("slew rate") == pytest.approx(SLOPE)
     for limit, state in ((1000.0, "pass"), (np.nextafter(1000.0, 0), "fail")):

@@ -46,6 +46,9 @@ def test_amplitude_and_area_of_the_square_law_and_a_range_without_them():
     assert (
         found.document.sentences[0] == "drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN."
     )
+    line, computed, *_ = found.document.figures[0].curves
+    assert (line.kind, computed.kind) == ("line", "points")
+    assert computed.y == pytest.approx([force() * (x / 100) ** 2 for x in computed.x], rel=1e-9)
     found = design({MEAN: 0.05}, "contact.area", IDEAL)
     assert found.value == pytest.approx(1e-4 * 0.05 / force(IDEAL), rel=1e-9)
     found = design(f"{WANT}", f"{FREE} = 60 V:0.1 kV")
