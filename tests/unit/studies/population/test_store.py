@@ -228,10 +228,13 @@ REFUSED = {
     "records": ({"n": 10**12, "records": True}, "for 1e.12 fingers; allowed are 10 min"),
     "many workers": ({"workers": 10**5}, "25 TB, for 100000 workers; allowed .* Start fewer workers"),
     "memory": ({"budget_memory": 1}, "the signals of a block"),
-    "scheduler": ({"scheduler": "tcp://127.0.0.1:9"}, r"scheduler = tcp://127.0.0.1:9: no answer"),
+    "scheduler": ({"workers": "tcp://127.0.0.1:9"}, r"workers = tcp://127.0.0.1:9: no answer"),
     "no worker": ({"workers": 0}, "workers = 0: expected a number of processes"),
     "no number": ({"workers": True}, "workers = True"),
-    "both": ({"workers": 2, "scheduler": "tcp://a:1"}, "give one of them"),
+    "no address": (
+        {"workers": "nowhere"},
+        "workers = nowhere: expected a number of processes, 1 or more, or the address",
+    ),
     "seed": ({"seed": -1}, "seed = -1: expected a whole number"),
 }
 
@@ -253,6 +256,6 @@ def test_a_refused_study_leaves_what_is_not_its_own(quick, ended, content, tmp_p
     before = content(begun)
     for path in (tmp_path / "empty.zarr", begun):
         with pytest.raises(InputError, match="no answer"):
-            quick(n=100, output=path, scheduler="tcp://127.0.0.1:9")
+            quick(n=100, output=path, workers="tcp://127.0.0.1:9")
     assert content(begun) == before
     assert not [*(tmp_path / "empty.zarr").iterdir()]
