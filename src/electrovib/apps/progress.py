@@ -66,8 +66,12 @@ def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int
 @contextmanager
 def heard(name: str, listener: Callable[[logging.LogRecord], None]) -> Iterator[None]:
     """Pass on what a logger is told in the block."""
-    handler, logger = logging.Handler(), logging.getLogger(name)
-    handler.emit = listener  # type: ignore[method-assign]  # which is all that a handler does
+
+    class Handler(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            listener(record)
+
+    handler, logger = Handler(), logging.getLogger(name)
     before = logger.level
     logger.setLevel(logging.INFO)
     logger.addHandler(handler)

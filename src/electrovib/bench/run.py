@@ -158,7 +158,7 @@ def run_bench(
     if output is not None:
         check_output(output, {"time": 1}, inputs=inputs, force=force, shown=False)
         check_output(incomplete(Path(output)), {"time": 1}, inputs=inputs, force=force, shown=False)
-    report = former_value("report", _LOG.info)
+    report = former_value("report", None) or _LOG.info
     if simulate:
         twin = SimulatedBench(plan.settings, own, seed=seed)
         run = BenchRun(plan, twin.connections, twin.clock, twin.operate, report)

@@ -69,8 +69,10 @@ class Gone(Former):
 
 
 _IN_RECIPE: Final = {
-    **dict.fromkeys(("area", "thickness", "series_resistance", "parallel_capacitance"), "str | float"),
-    "columns": "Mapping[str, str]", "reader": "str", "delimiter": "str", "decimal_comma": "bool", "part": "str",
+    **dict.fromkeys(("area", "thickness"), "str | float | None"),
+    **dict.fromkeys(("series_resistance", "parallel_capacitance"), "str | float"),
+    "columns": "Mapping[str, str] | None", "reader": "str", "delimiter": "str | None", "decimal_comma": "bool | None",
+    "part": "str | None",
 }  # fmt: skip
 _AT_100_HZ: Final = {"frequency": ("float | str", "carrier=; without one the gain is that at 100 Hz")}
 GONE_PARAMETERS: Final[dict[str, dict[str, Gone]]] = {
@@ -85,7 +87,7 @@ GONE_PARAMETERS: Final[dict[str, dict[str, Gone]]] = {
                 "circuit.amplifier.hardware, the maker and model that stands before the plate",
             ),
             "largest_error": ("float", "a higher rate=; 1 % of the largest voltage is allowed"),
-            "full_scale": ("float", "scaling=electrovib.Scaling(full_scale=...)"),
+            "full_scale": ("float | None", "scaling=electrovib.Scaling(full_scale=...)"),
             "gain": ("float", "scaling=electrovib.Scaling(gain=...)"),
             "remarks": ("Sequence[str]", "the title of the scenario, which the file states"),
         },
@@ -95,14 +97,17 @@ GONE_PARAMETERS: Final[dict[str, dict[str, Gone]]] = {
             for each, annotation in _IN_RECIPE.items()
         },
         "run_bench": {
-            "report": ("Callable", "logging.getLogger('electrovib.bench'), which is told each step")
+            "report": ("Callable | None", "logging.getLogger('electrovib.bench'), which is told each step")
         },
         "study": {
             "budget_memory": (
                 "float | str",
                 "electrovib.budget(memory=...), of which percentiles take a quarter",
             ),
-            "progress": ("Callable", "logging.getLogger('electrovib.study'), which is told the fingers done"),
+            "progress": (
+                "Callable | None",
+                "logging.getLogger('electrovib.study'), which is told the fingers done",
+            ),
         },
         "texture_drive": _AT_100_HZ,
         "texture_stream": _AT_100_HZ,

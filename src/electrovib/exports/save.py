@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Answer
+from electrovib.core.deprecation import former_values, present_names
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of, warning_lines
 from electrovib.core.errors import InputError, suggestion
 from electrovib.core.files import inputs_noted
@@ -249,7 +250,9 @@ def export(
     """
     place = output_path(path)
     if options or place.suffix.lower() in WAVEFORM_FORMATS:
-        return export_waveform(scenario, place, set=set, force=force, **options).path
+        present, gone = present_names("export_waveform", options)
+        with former_values(**gone):
+            return export_waveform(scenario, place, set=set, force=force, **present).path
     return export_netlist(scenario, place, changes=set, force=force).path
 
 

@@ -105,6 +105,11 @@ def test_every_option_that_is_gone_is_tried_and_no_command_takes_it():
         assert not own & flags.keys()
 
 
+def test_a_flag_that_is_gone_takes_no_value():
+    with pytest.raises(InputError, match="--amplifier-present = no: takes no value"):
+        taken("export", ["a.toml", "--amplifier-present=no"])
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -256,6 +256,15 @@ def test_the_frequency_of_a_texture_without_a_carrier_counts():
             assert call(frequency="1 kHz") != call()
 
 
+@pytest.mark.usefixtures("spectra")
+def test_what_export_passes_on_counts_and_warns_too():
+    with warns(
+        "export_waveform(remarks=)", "the title of the scenario, which the file states", since="1.0.0"
+    ):
+        path = ev.export(SINE, "a.csv", remarks=["by hand"], **WAVE)
+    assert "# by hand\n" in path.read_text(encoding="utf-8")
+
+
 @pytest.mark.filterwarnings("ignore:export_waveform")
 def test_a_wrong_value_of_what_has_left_is_refused_as_before():
     with pytest.raises(InputError) as error:

@@ -68,7 +68,8 @@ def fit_material(
     --------
     electrovib fit-material z.csv --set area='1 cm2' --set thickness='200 um' -o my_skin.toml
     """
-    from electrovib.apps.fit_material import SpectrumErrors, SpectrumRecipe, fit_material
+    from electrovib.apps.fit_material import SpectrumErrors, fit_material
+    from electrovib.recordings.importing.own_material import SpectrumRecipe
     from electrovib.view.files import written
 
     entries = recipe_of(

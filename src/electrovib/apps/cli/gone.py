@@ -90,6 +90,8 @@ def taken(command: str, words: list[str]) -> tuple[list[str], dict[str, Any]]:
             )
         elif not option.repeatable:
             raise InputError(f"{flag}: given twice; give it once")
+        if option.read is None and sign:
+            raise InputError("takes no value; omit it", path=flag, value=text)
         value = True if option.read is None else option.read(_value(flag, text if sign else None, rest))
         values[name] = [*values.get(name, ()), value] if option.repeatable else value
     return left, values

@@ -110,6 +110,7 @@ def _print_bands(asked: dict[str, Any], store: str, bands: list[str]) -> None:
         with tracked("evaluating fingers", counted=True) as progress:
 
             def note(record: "LogRecord") -> None:
+                assert isinstance(record.args, tuple)
                 done[:] = record.args
                 progress(*done)
 

@@ -8,6 +8,7 @@ import pytest
 from stand_in_population import PATH, SPACE, StandInPopulation
 from zarr.storage import LocalStore
 
+from electrovib.core.budget import budget
 from electrovib.core.errors import InputError
 from electrovib.data import atomic
 from electrovib.data.atomic import HeldError, held
@@ -200,6 +201,14 @@ def test_more_than_disk_or_memory_hold_is_refused_and_leaves_no_folder(quick, pa
     with pytest.raises(InputError, match="omit --records"):
         quick(n=5000, records=True, output=path)
     assert not list(tmp_path.iterdir())
+
+
+def test_percentiles_take_a_quarter_of_the_memory_allowed(quick):
+    """Of 9000 fingers with seven samples, which take 252 kB."""
+    for memory, way in (("1.1 MB", "exact"), ("0.9 MB", "histogram")):
+        with budget(memory=memory):
+            assert way in quick(n=9000).attrs["percentiles_from"]
+    assert quick(n=10).attrs["percentiles_from"].startswith("exact")
 
 
 def test_a_store_is_locked_until_its_study_has_ended_and_one_being_written_is_refused(quick, path):
