@@ -288,4 +288,5 @@ def test_a_value_of_what_has_left_holds_for_its_call_alone():
     with deprecation.former_values(frequency="1 kHz"):
         assert deprecation.former_value("frequency", 1) == "1 kHz"
         assert stream() == expected
+        assert deprecation.former_value("frequency", 1) == "1 kHz"
     assert deprecation.former_value("frequency", 1) == 1

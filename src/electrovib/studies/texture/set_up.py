@@ -299,9 +299,7 @@ def hardware(
     found = carrier_gain(scenario, [carrier or frequency])
     gain = float(found.force[0]) * (1.0 if carrier else 2.0)
     if not gain > 0:
-        raise InputError(
-            "this stack gives no force at this frequency", path="carrier" if carrier else "frequency"
-        )
+        raise InputError(f"this stack gives no force at {carrier or frequency:g} Hz", path="carrier")
     amplifier = scenario.circuit.supply
     factor = abs(amplifier.gain)
     if not factor:

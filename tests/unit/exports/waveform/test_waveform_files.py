@@ -214,6 +214,12 @@ def test_the_error_is_that_of_the_closed_form():
     assert shifted == pytest.approx(1 + found.error, rel=1e-2)
 
 
+def test_an_error_above_one_per_cent_of_the_largest_voltage_is_refused():
+    """A sine of 1 kHz departs from its chords by 1 - cos(pi/20) = 1.23 % at 20 kHz, and by 0.79 % at 25 kHz."""
+    refused("and 1 % is allowed", BURST, rate=20e3)
+    assert export(BURST, rate=25e3).waveform.share == pytest.approx(1 - np.cos(np.pi / 25), rel=2e-3)
+
+
 def test_the_command_line(folder):
     def run(*words):
         return CliRunner(env={"COLUMNS": "200"}).invoke(app, ["export", FIG6, *words])
