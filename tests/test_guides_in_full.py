@@ -152,6 +152,7 @@ OPTIONS = {
     '--gain-error electrostatic_force="2 %"': FIT,
     '--zero-error electrostatic_force="1 mN"': FIT,
     '--systematic "2 %"': MATERIAL,
+    '--band "100 Hz..1 MHz"': MATERIAL,
     '--reference r.csv="51 kohm +- 1 %"': MATERIAL,
     '--set part="spectrum 2"': SPECTRA,
     """--set force='{ model = "TabulatedAttraction", file = "predicted.csv" }'""": RUN,

@@ -20,7 +20,8 @@ from packaging.version import Version
 import electrovib as ev
 from electrovib.apps import exit_codes
 from electrovib.apps.cli import app
-from electrovib.core.deprecation import FORMER, Former
+from electrovib.apps.cli.gone import GONE
+from electrovib.core.deprecation import FORMER, FORMER_PARAMETERS, GONE_PARAMETERS, Former
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.model import Model, hidden_names
 from electrovib.core.signals import SIGNALS
@@ -181,15 +182,20 @@ def of_names() -> list[Entry]:
 
 
 def former() -> Iterator[tuple[str, Former]]:
-    """Find all former names: those of functions, and those of models and their parameters after the class that has them."""
+    """Find all former names: those of functions, and parameters, options and members after what has them."""
     yield from FORMER.items()
+    for parameters in (FORMER_PARAMETERS, GONE_PARAMETERS):
+        for owner, names in parameters.items():
+            yield from ((f"{owner}.{name}", each) for name, each in names.items())
+    for command, options in GONE.items():
+        yield from ((f"electrovib {command}.{name}", each) for name, each in options.items())
     for kind in families():
         yield from ((f"{kind.__name__}.{name}", each) for name, each in vars(kind).get("former", {}).items())
 
 
 def of_former(name: str, each: Former) -> Entry:
     """Describe a former name."""
-    return Entry(name, (f"now {each.now}", f"since {each.since}", f"{GOES}{each.goes}"))
+    return Entry(name, (*f"now {each.now}".split(", "), f"since {each.since}", f"{GOES}{each.goes}"))
 
 
 def version() -> str:

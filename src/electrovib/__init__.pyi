@@ -5,7 +5,6 @@ from electrovib.apps.fit import fit as fit
 from electrovib.apps.fit import fit_laws as fit_laws
 from electrovib.apps.fit import fit_separately as fit_separately
 from electrovib.apps.fit_material import SpectrumErrors as SpectrumErrors
-from electrovib.apps.fit_material import SpectrumRecipe as SpectrumRecipe
 from electrovib.apps.fit_material import fit_material as fit_material
 from electrovib.apps.init import init as init
 from electrovib.apps.recorded import Recordings as Recordings
@@ -17,6 +16,7 @@ from electrovib.data.traces import open_trace as open_trace
 from electrovib.exports.save import export as export
 from electrovib.exports.save import save as save
 from electrovib.exports.waveform import export_waveform as export_waveform
+from electrovib.exports.waveform_formats import Scaling as Scaling
 from electrovib.physics.half_space import Coated as Coated
 from electrovib.physics.half_space import Elastic as Elastic
 from electrovib.physics.topography import MeasuredHeights as MeasuredHeights
@@ -27,6 +27,7 @@ from electrovib.recordings.fit.of_scenario import Sampling as Sampling
 from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
 from electrovib.recordings.importing.import_file import import_file as import_file
 from electrovib.recordings.importing.merging import merge_traces as merge_traces
+from electrovib.recordings.importing.own_material import SpectrumRecipe as SpectrumRecipe
 from electrovib.recordings.importing.own_material import import_material as import_material
 from electrovib.recordings.recording import calibrate as calibrate
 from electrovib.recordings.recording import read_recording as read_recording

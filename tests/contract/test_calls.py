@@ -47,7 +47,7 @@ GIVEN = {
     "fit_power_law": {"x": [1.0, 2.0, 3.0], "y": [1.0, 4.0, 9.0]},
     "hysteresis": {"voltages": [0.0], "surface": None, "pressure": 5e3, "electrical_thickness": 1e-6},
     "import_file": {"path": "c.csv", "columns": {FORCE: "u [N]"}, "time": "t [s]"},
-    "import_material": {"path": "s.csv", **FILM},
+    "import_material": {"path": "s.csv", "recipe": ev.SpectrumRecipe(**FILM)},
     "load": {"source": SINE},
     "measure_ring": {"record": RECORD},
     "measure_rings": {"record": RECORD},
@@ -143,6 +143,17 @@ def test_a_wrong_type_is_refused_with_function_argument_and_value(name, here):
                 assert problem.reason.startswith(f"{name} takes ")
 
 
+MOST = 10
+"""Parameters of a public function, of which nobody keeps more apart."""
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_no_function_has_more_parameters_than_one_keeps_apart(name):
+    assert len(inspect.signature(getattr(ev, name)).parameters) <= MOST, (
+        "what is one thing becomes one model, such as Scaling or SpectrumRecipe"
+    )
+
+
 def test_every_annotation_is_understood():
     """A parameter that stands for several types is refused by its function, in tests/contract/test_doors.py and above."""
     anything = {
@@ -231,11 +242,11 @@ def test_what_a_person_may_well_write_is_read(what, here):
 
 def test_all_wrong_arguments_are_told_at_once_with_what_is_taken():
     with pytest.raises(InputError) as error:
-        ev.export_waveform(SINE, "a.csv", rate="192 V", ramp=b"1", gain="two", force="yes", limits=None)
+        ev.export_waveform(SINE, "a.csv", rate="192 V", ramp=b"1", scaling=20.0, force="yes", limits=None)
     assert list(error.value.problems) == [
         "rate = '192 V': export_waveform takes a frequency, for instance '1 kHz'",
         "ramp = b'1': export_waveform takes a time, for instance '36 ms'",
-        "gain = 'two': export_waveform takes a plain number",
+        "scaling = 20.0: export_waveform takes a Scaling",
         "force = 'yes': export_waveform takes True or False",
     ]
     with pytest.raises(InputError, match="n = '1,000': study takes a whole number"):

@@ -195,8 +195,8 @@ VALUES = {
 READS, LISTS = "reads what computes nothing", "lists what is shipped"
 MEASURES = "evaluates a record, without a scenario"
 NO_NUMBER = {
-    READS: "Coated Elastic MeasuredHeights Recordings Sampling Scenario SelfAffine Sensor Space SpectrumErrors SpectrumRecipe"
-    " budget init load read_space scenario_of",
+    READS: "Coated Elastic MeasuredHeights Recordings Sampling Scenario Scaling SelfAffine Sensor Space SpectrumErrors"
+    " SpectrumRecipe budget init load read_space scenario_of",
     LISTS: "__version__ models scenarios spaces",
     MEASURES: "calibrate fit_material fit_power_law import_file import_material measure_ring"
     " measure_rings measure_times merge_traces read_recording reduce_swipe reduce_swipes",

@@ -56,7 +56,7 @@ def test_the_curve_of_a_held_waveform_is_that_of_its_samples(tmp_path):
         instrument="hp_33120a",
         edge=1e-5,
         ramp=1e-3,
-        gain=20.0,
+        scaling=ev.Scaling(gain=20.0),
     )
     (curve,) = written.document.figures[0].curves
     wave = written.waveform

@@ -40,13 +40,14 @@ def asked(name: str, output: Path | None) -> dict:
 
 def make_stores(folder: Path) -> None:
     """Write one complete store and two whose studies were ended within their second block."""
-    import electrovib as ev
-    from electrovib.studies.population import StudyCancelledError
+    from electrovib.core.deprecation import former_values
+    from electrovib.studies.population import StudyCancelledError, study
 
     for name in STORES:
         end = None if name == "complete" else lambda done, _: done >= 1280
         try:
-            ev.study("vezzoli_2014/fig6", SPACE, progress=end, **asked(name, folder / f"{name}.zarr"))
+            with former_values(progress=end):
+                study("vezzoli_2014/fig6", SPACE, **asked(name, folder / f"{name}.zarr"))
         except StudyCancelledError:
             assert end is not None
 

@@ -10,6 +10,8 @@ import electrovib as ev
 from electrovib.bench.settings import default_text
 from electrovib.core.errors import InputError
 
+pytestmark = pytest.mark.filterwarnings(r"ignore:export_waveform\(largest_error=")
+
 BASE = ev.load("vezzoli_2014/fig6").replace(
     {
         "stack.insulator.breakdown_field": "10 GV/m",
@@ -82,8 +84,8 @@ def test_a_plan_and_an_export_state_the_current_of_what_is_played(case, tmp_path
     assert plan.current == pytest.approx(played, rel=1e-3)
     path = tmp_path / "drive.csv"
     found = ev.export_waveform(
-        scenario, path, limits={"voltage": 2e3, "current": 1.0}, instrument="hp_33120a", gain=200,
-        largest_error=0.05, edge=edge or None,
+        scenario, path, limits={"voltage": 2e3, "current": 1.0}, instrument="hp_33120a",
+        scaling=ev.Scaling(gain=200), largest_error=0.05, edge=edge or None,
     )  # fmt: skip
     times, voltages = read_back(path, found.full_scale)
     played = largest_current(scenario, voltages, times[1], edge)
@@ -129,7 +131,7 @@ def refused_or_within(seed, tmp_path):
         accepted.append("plan")
     path = tmp_path / f"drive{seed}.csv"
     held = bool(draw.integers(2))
-    options = {"instrument": "hp_33120a", "gain": 200} if held else {}
+    options = {"instrument": "hp_33120a", "scaling": ev.Scaling(gain=200)} if held else {}
     declared = (edge or None) if held else (edge or "line")
     try:
         found = ev.export_waveform(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from electrovib.core.deprecation import present_names
+from electrovib.core.deprecation import GONE_PARAMETERS, former_values, present_names
 from electrovib.core.errors import Problem, refuse
 from electrovib.core.signals import is_trace
 
@@ -57,25 +57,29 @@ def public(function: Callable[..., Any], public_name: str) -> Callable[..., Any]
         for name, each in signature.parameters.items()
         if each.kind is not each.VAR_KEYWORD and isinstance(each.annotation, str)
     }
+    left = GONE_PARAMETERS.get(public_name, {})
+    kinds |= {name: _kind(each.annotation, _UNITS.get(name, "1")) for name, each in left.items()}
 
     @functools.wraps(function)
     def call(*args: Any, **options: Any) -> Any:
-        options = present_names(public_name, options)
+        options, gone = present_names(public_name, options)
         try:
             given = signature.bind(*args, **options)
         except TypeError:  # of a name that is unknown, missing or given twice, as Python says it
             return function(*args, **options)
         problems = []
-        for name, value in given.arguments.items():
-            try:
-                given.arguments[name] = kinds[name].read(value) if name in kinds else value
-            except _WRONG:
-                from electrovib.core.mistakes import shown
+        for values in (given.arguments, gone):
+            for name, value in values.items():
+                try:
+                    values[name] = kinds[name].read(value) if name in kinds else value
+                except _WRONG:
+                    from electrovib.core.mistakes import shown
 
-                why = f"{public_name} takes {kinds[name].words}"
-                problems.append(Problem(why, path=name, value=shown(value)))
+                    why = f"{public_name} takes {kinds[name].words}"
+                    problems.append(Problem(why, path=name, value=shown(value)))
         refuse(problems)
-        return function(*given.args, **given.kwargs)
+        with former_values(**gone):
+            return function(*given.args, **given.kwargs)
 
     call.__module__ = __name__.partition(".")[0]  # where it is public, so that it can be pickled
     call.__name__ = call.__qualname__ = public_name

@@ -14,7 +14,7 @@ from electrovib.core.units import number_in
 from electrovib.data.atomic import Form
 from electrovib.data.registry import read_recorded
 from electrovib.data.spectrum import spectrum_of, split_part
-from electrovib.recordings.importing.own_material import read_sample
+from electrovib.recordings.importing.own_material import SpectrumRecipe, read_sample
 from electrovib.recordings.spectra.fitted import (
     InstrumentError,
     error_by_resistor,
@@ -27,27 +27,6 @@ from electrovib.view.files import check_answer, save_answer
 
 if TYPE_CHECKING:
     from electrovib.recordings.importing.own_material import SampleSpectrum
-
-
-@dataclass(frozen=True, kw_only=True)
-class SpectrumRecipe:
-    """How files of spectra are read: the electrodes and the fixture of the sample, and the columns.
-
-    Parameters
-    ----------
-    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
-        As for `electrovib.import_material`, for all files.
-    """
-
-    area: str | float | None = None
-    thickness: str | float | None = None
-    series_resistance: str | float = 0.0
-    parallel_capacitance: str | float | None = None
-    columns: Mapping[str, str] | None = None
-    reader: str = ""
-    delimiter: str | None = None
-    decimal_comma: bool | None = None
-    part: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +106,7 @@ def fit_material(
         For mistakes, for a bad calibration, and for spectra that no form represents; nothing has been written then.
     """
     names = [Path(each) for each in ([files] if isinstance(files, (str, Path)) else files)]
-    read, known = vars(recipe or SpectrumRecipe()), errors or SpectrumErrors()
+    recipe, known = recipe or SpectrumRecipe(), errors or SpectrumErrors()
     samples: dict[str, SampleSpectrum] = {}
     problems: list[str] = []
     base: Scenario | None = None
@@ -137,12 +116,11 @@ def fit_material(
         base = None if into is None else _with_layer(read_scenario(into), layer)
     error = None
     with gathered(problems):
-        error = _error(known, names, read)
-    own = {**read, "parallel_capacitance": read["parallel_capacitance"] or 0.0}
+        error = _error(known, names, recipe)
     fixture = 0.0 if error is None else error.fixture_capacitance
     for path in names:
         with gathered(problems):
-            sample = read_sample(path, fixture_capacitance=fixture, **own)
+            sample = read_sample(path, recipe, fixture_capacitance=fixture)
             name = path.name if path.name not in samples else str(path)
             samples[name] = sample if band is None else _within(sample, band)
     with gathered(problems):
@@ -180,16 +158,16 @@ def _within(sample: SampleSpectrum, band: tuple[str | float, str | float]) -> Sa
     )
 
 
-def _error(known: SpectrumErrors, names: Sequence[Path], read: Mapping[str, Any]) -> InstrumentError | None:
+def _error(known: SpectrumErrors, names: Sequence[Path], recipe: SpectrumRecipe) -> InstrumentError | None:
     """Return the systematic error, as declared and as measured with a resistor, the larger modulus of both."""
     systematic = known.systematic
     declared = None if systematic is None else InstrumentError(gain=systematic, words="as declared")
     if known.reference is None:
         return declared
     path, value = known.reference
-    options = {name: read[name] for name in ("reader", "delimiter", "decimal_comma")}
-    columns, fixture = read["columns"], read["parallel_capacitance"]
-    units = (_phase_unit(name, columns, read["part"], options) for name in names)
+    options = {name: getattr(recipe, name) for name in ("reader", "delimiter", "decimal_comma")}
+    columns, fixture = recipe.columns, recipe.parallel_capacitance
+    units = (_phase_unit(name, columns, recipe.part, options) for name in names)
     spectrum = spectrum_of(
         read_recorded(Path(path), **options), columns=columns, phase_unit=next(filter(None, units), "")
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 import sys
 import threading
@@ -60,6 +61,25 @@ def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int
             state["over"] = True
             if state["bar"] is not None:
                 state["bar"].stop()
+
+
+@contextmanager
+def heard(name: str, listener: Callable[[logging.LogRecord], None]) -> Iterator[None]:
+    """Pass on what a logger is told in the block."""
+
+    class Handler(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            listener(record)
+
+    handler, logger = Handler(), logging.getLogger(name)
+    before = logger.level
+    logger.setLevel(logging.INFO)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(before)
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import signal
 import tempfile
 import threading
@@ -24,6 +25,7 @@ from electrovib.bench.sequence import (
 )
 from electrovib.bench.settings import BenchSettings, Instruments, read_settings
 from electrovib.bench.twin.simulated import SimulatedBench
+from electrovib.core.deprecation import former_value
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.bench.link import BenchClock, Connection
+
+_LOG: Final = logging.getLogger("electrovib.bench")
 
 
 def plan_bench(
@@ -88,7 +92,6 @@ def run_bench(
     output: str | Path | None = None,
     force: bool = False,
     confirm: Callable[[str], bool] | None = None,
-    report: Callable[[str], None] | None = None,
 ) -> xarray.Dataset:
     """Play the drive of a scenario as one finite burst on a bench and record the forces.
 
@@ -115,8 +118,6 @@ def run_bench(
         Whether a file that electrovib did not write may be replaced.
     confirm : callable, optional
         Asks the operator of a set-up without an enable line to do something, and returns whether it was confirmed.
-    report : callable, optional
-        Called with the name of each step before it begins.
 
     Returns
     -------
@@ -137,6 +138,8 @@ def run_bench(
     SIGTERM and SIGHUP. After SIGKILL the burst that is running ends at 0 V by itself. Software does not protect a person: the
     hardware that limits the current does.
 
+    The logger ``electrovib.bench`` is told the name of each step before it begins.
+
     Examples
     --------
     >>> trace = ev.run_bench("vezzoli_2014/fig6", simulate=True)  # a simulated bench and finger
@@ -155,9 +158,10 @@ def run_bench(
     if output is not None:
         check_output(output, {"time": 1}, inputs=inputs, force=force, shown=False)
         check_output(incomplete(Path(output)), {"time": 1}, inputs=inputs, force=force, shown=False)
+    report = former_value("report", None) or _LOG.info
     if simulate:
         twin = SimulatedBench(plan.settings, own, seed=seed)
-        run = BenchRun(plan, twin.connections, twin.clock, twin.operate, report or bool)
+        run = BenchRun(plan, twin.connections, twin.clock, twin.operate, report)
         about: dict[str, Any] = {"simulated": 1, "seed": seed, "simulated_finger": own.to_json()}
         lock: Any = nullcontext("")
     else:
@@ -165,7 +169,7 @@ def run_bench(
             raise InputError(
                 "amplifier.enable: without an enable line an operator has to confirm the steps; pass confirm, or add the line"
             )
-        run = BenchRun(plan, None, SystemClock(), confirm or (lambda _: False), report or bool)
+        run = BenchRun(plan, None, SystemClock(), confirm or (lambda _: False), report)
         about, lock = {"simulated": 0}, one_process(plan.settings.resources)
     with lock as left:
         if left:

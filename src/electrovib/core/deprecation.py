@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -52,18 +54,94 @@ FORMER_PARAMETERS: Final[dict[str, dict[str, Former]]] = {
         "measure_times": {"signal": "quantity"},
         "prepare": {"quantities": "quantity"},
         "run": {"quantities": "quantity"},
-        "study": {"signal": "quantity", "draws": "records"},
+        "study": {"signal": "quantity", "draws": "records", "scheduler": "workers"},
         "sweep": {"quantities": "quantity"},
     }.items()
 }
 """Former names of parameters, by the name of their function."""
 
 
-def present_names(function: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of a public function under the present names of its parameters."""
+@dataclass(frozen=True)
+class Gone(Former):
+    """A parameter that has left the signature of its function, with the annotation that it had."""
+
+    annotation: str
+
+
+_IN_RECIPE: Final = {
+    **dict.fromkeys(("area", "thickness"), "str | float | None"),
+    **dict.fromkeys(("series_resistance", "parallel_capacitance"), "str | float"),
+    "columns": "Mapping[str, str] | None", "reader": "str", "delimiter": "str | None", "decimal_comma": "bool | None",
+    "part": "str | None",
+}  # fmt: skip
+_AT_100_HZ: Final = {"frequency": ("float | str", "carrier=; without one the gain is that at 100 Hz")}
+GONE_PARAMETERS: Final[dict[str, dict[str, Gone]]] = {
+    function: {
+        name: Gone(now, since="1.0.0", goes="2.0.0", annotation=annotation)
+        for name, (annotation, now) in names.items()
+    }
+    for function, names in {
+        "export_waveform": {
+            "amplifier_present": (
+                "bool",
+                "circuit.amplifier.hardware, the maker and model that stands before the plate",
+            ),
+            "largest_error": ("float", "a higher rate=; 1 % of the largest voltage is allowed"),
+            "full_scale": ("float | None", "scaling=electrovib.Scaling(full_scale=...)"),
+            "gain": ("float", "scaling=electrovib.Scaling(gain=...)"),
+            "remarks": ("Sequence[str]", "the title of the scenario, which the file states"),
+        },
+        "import_file": {"title": ("str", "trace.assign_attrs(title=...)")},
+        "import_material": {
+            each: (annotation, f"recipe=electrovib.SpectrumRecipe({each}=...)")
+            for each, annotation in _IN_RECIPE.items()
+        },
+        "run_bench": {
+            "report": ("Callable | None", "logging.getLogger('electrovib.bench'), which is told each step")
+        },
+        "study": {
+            "budget_memory": (
+                "float | str",
+                "electrovib.budget(memory=...), of which percentiles take a quarter",
+            ),
+            "progress": (
+                "Callable | None",
+                "logging.getLogger('electrovib.study'), which is told the fingers done",
+            ),
+        },
+        "texture_drive": _AT_100_HZ,
+        "texture_stream": _AT_100_HZ,
+    }.items()
+}
+"""Parameters that have left the signature of their function, which reads their values by `former_value`."""
+_FORMER_VALUES: ContextVar[Mapping[str, Any] | None] = ContextVar("former values", default=None)
+
+
+@contextmanager
+def former_values(**given: Any) -> Iterator[None]:
+    """Let a function that is called in the block find values of parameters that have left its signature."""
+    token = _FORMER_VALUES.set(given)
+    try:
+        yield
+    finally:
+        _FORMER_VALUES.reset(token)
+
+
+def former_value(name: str, otherwise: Any) -> Any:
+    """Return the value of a parameter that has left the signature, or the one that holds without it."""
+    return (_FORMER_VALUES.get() or {}).get(name, otherwise)
+
+
+def present_names(function: str, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the arguments of a public function under the present names of its parameters, and values that it takes no more."""
+    gone = [name for name in given if name in GONE_PARAMETERS.get(function, {})]
+    for name in gone:
+        GONE_PARAMETERS[function][name].warn(f"{function}({name}=)")
     former = FORMER_PARAMETERS.get(function, {})
     replaced = {name for name in given if name in former and former[name].now not in given}
-    return {
+    present = {
         former[name].warn(f"{function}({name}=)") if name in replaced else name: value
         for name, value in given.items()
+        if name not in gone
     }
+    return present, {name: given[name] for name in gone}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Answer
+from electrovib.core.deprecation import former_values, present_names
 from electrovib.core.diagnostics import Diagnostic, diagnostics_of, warning_lines
 from electrovib.core.errors import InputError, suggestion
 from electrovib.core.files import inputs_noted
@@ -16,7 +17,7 @@ from electrovib.core.signals import is_study_result, is_trace
 from electrovib.data.atomic import Form, check_writable, csv_head, output_path, write_text, writing
 from electrovib.data.traces import nc_content, prepared, save_mat, save_nc
 from electrovib.exports.spice.netlist import netlist
-from electrovib.exports.waveform import check_waveform_file, export_waveform
+from electrovib.exports.waveform import check_waveform_file, export_waveform, write_waveform
 from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
 from electrovib.physics.limits import broken
 from electrovib.scenario import Source, read_scenario
@@ -226,7 +227,7 @@ def export(
     force : bool
         Whether a file that was not written by electrovib may be replaced.
     **options
-        Of a waveform, as for `electrovib.export_waveform`: ``limits``, ``rate``, ``largest_error`` and others.
+        Of a waveform, as for `electrovib.export_waveform`: ``limits``, ``rate``, ``edge`` and others.
 
     Returns
     -------
@@ -249,7 +250,9 @@ def export(
     """
     place = output_path(path)
     if options or place.suffix.lower() in WAVEFORM_FORMATS:
-        return export_waveform(scenario, place, set=set, force=force, **options).path
+        present, gone = present_names("export_waveform", options)
+        with former_values(**gone):
+            return export_waveform(scenario, place, set=set, force=force, **present).path
     return export_netlist(scenario, place, changes=set, force=force).path
 
 
@@ -320,7 +323,7 @@ def write_design(
     if suffix == ".toml":
         return [f"written: {path}" for path in save_answer(found, place, force=force)]
     rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive | TextureDrive) else (None, ())
-    waveform = export_waveform(
+    waveform = write_waveform(
         found.scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,
     )  # fmt: skip
     return [*(each for each in waveform.document.sentences if each not in notes), f"written: {waveform.path}"]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.answer import Answer, Curve, Document, Panel
+from electrovib.core.deprecation import former_value
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
@@ -90,13 +91,9 @@ def export_waveform(
     instrument: str = "",
     rate: float | None = None,
     ramp: float | None = None,
-    largest_error: float = LARGEST_ERROR,
-    full_scale: float | None = None,
-    gain: float = 1.0,
+    scaling: Scaling | None = None,
     edge: float | str | None = None,
-    amplifier_present: bool = False,
     force: bool = False,
-    remarks: Sequence[str] = (),
 ) -> WrittenWaveform:
     """Write the drive of a scenario as a waveform, within its limits or not at all.
 
@@ -117,24 +114,15 @@ def export_waveform(
     ramp : float, optional
         Duration of a linear ramp from 0 V and to 0 V by which the drive is multiplied at either end [s]; none if absent, and
         then the drive itself has to begin and end at 0 V.
-    largest_error : float
-        Error over the largest voltage [1] above which nothing is written.
-    full_scale : float, optional
-        Voltage of the drive at full scale, of ``.wav`` and of an instrument [V]; by default its largest voltage.
-    gain : float
-        Voltage of the drive over that of the instrument [1].
+    scaling : Scaling, optional
+        Voltage of the drive at full scale, of ``.wav`` and of an instrument, and over that of the instrument.
     edge : float or str, optional
         How what plays the samples passes from one to the next: ``"line"`` for straight lines, or the height of a step over its
         steepest slope [s] for an output that holds each sample; one pole at the frequency f has 1/(2 pi f). An instrument
         holds its samples, by steps unless an edge is declared; those of ``.pwl`` are joined by straight lines; for every other
         file it has to be given.
-    amplifier_present : bool
-        Whether the amplifier of the scenario stands before the plate, so that its bandwidth and limits count in the current;
-        ``circuit.amplifier.hardware`` declares the same.
     force : bool
         Whether a file that was not written by electrovib may be replaced.
-    remarks : sequence of str
-        Further sentences about the drive, which the file states.
 
     Returns
     -------
@@ -144,8 +132,13 @@ def export_waveform(
     Raises
     ------
     InputError
-        Unless the limits are declared and held by the drive and by the samples as written, the error is allowed, what an
-        instrument plays begins and ends at 0 V, and the file can be written. Nothing is clipped.
+        Unless the limits are declared and held by the drive and by the samples as written, the error is at most 1 % of the
+        largest voltage, what an instrument plays begins and ends at 0 V, and the file can be written. Nothing is clipped.
+
+    Notes
+    -----
+    Bandwidth and limits of the scenario's amplifier count in the current only where ``circuit.amplifier.hardware`` names the
+    amplifier that stands before the plate.
 
     Examples
     --------
@@ -154,6 +147,28 @@ def export_waveform(
     >>> repr(found).splitlines()[1]
     '801 samples at 20 kHz; CSV, straight lines between the samples'
     """
+    scale = {name: former_value(name, value) for name, value in vars(scaling or Scaling()).items()}
+    return write_waveform(
+        scenario, path, set=set, limits=limits, instrument=instrument, rate=rate, ramp=ramp,
+        scaling=Scaling(**scale), edge=edge, force=force, remarks=former_value("remarks", ()),
+    )  # fmt: skip
+
+
+def write_waveform(
+    scenario: Source,
+    path: str | Path,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    instrument: str = "",
+    rate: float | None = None,
+    ramp: float | None = None,
+    scaling: Scaling | None = None,
+    edge: float | str | None = None,
+    force: bool = False,
+    remarks: Sequence[str] = (),
+) -> WrittenWaveform:
+    """Write the drive of a scenario as `export_waveform` does, with further sentences about it in the file."""
     place = output_path(path)
     form = _format(place, instrument)
     with inputs_noted() as inputs:
@@ -161,9 +176,10 @@ def export_waveform(
         declared = checks.declared_limits(found, limits)
     check_writable({place: form.form}, inputs=inputs, force=force)
     checks.refuse_unlimited(declared, what=f"{form.name} of a drive")
-    played = Playing.declared(found, form, edge=edge, amplifier_present=amplifier_present)
+    played = Playing.declared(found, form, edge=edge)
+    largest_error = float(former_value("largest_error", LARGEST_ERROR))
     wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp, held=played.held)
-    encoded = form.encode(wave, Scaling(full_scale=full_scale, gain=gain))
+    encoded = form.encode(wave, scaling or Scaling())
     wave = _rounded(found, wave, encoded, ramp)
     wave.refuse_above(largest_error)
     if ramp is None and not played.held:
@@ -268,7 +284,7 @@ _LINE: Final = "line"
 _DECLARE: Final = "Declare the edge that the output has: --edge TIME, such as --edge 10us"
 _NOT_PRESENT: Final = (
     "Bandwidth, saturation and current limit of circuit.amplifier count in the current only where this very amplifier stands"
-    " before the plate: declare --amplifier-present, or its maker and model as circuit.amplifier.hardware"
+    " before the plate: declare its maker and model as circuit.amplifier.hardware, such as 'Trek 609E-6'"
 )
 
 
@@ -285,9 +301,7 @@ class Playing:
     is_assumed: bool
 
     @classmethod
-    def declared(
-        cls, scenario: Scenario, form: WaveformFormat, *, edge: float | str | None, amplifier_present: bool
-    ) -> Playing:
+    def declared(cls, scenario: Scenario, form: WaveformFormat, *, edge: float | str | None) -> Playing:
         """Read the declarations of an export, or refuse those that do not suit the format."""
         refuse_unsuited(form, edge)
         amplifier = scenario.circuit.amplifier
@@ -297,7 +311,8 @@ class Playing:
                 " 'Trek 609E-6', or leave hardware out. Nothing was written"
             )
             raise InputError(why, path="circuit.amplifier.hardware", value=amplifier.hardware)
-        is_present = amplifier_present or (amplifier is not None and bool(amplifier.hardware))
+        is_named = amplifier is not None and bool(amplifier.hardware)
+        is_present = is_named or former_value("amplifier_present", otherwise=False) is True
         relied_on = scenario if is_present else checks.without_its_limits(scenario)
         held = form.played and not isinstance(edge, str)
         lasting = None if isinstance(edge, str) else edge

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity
+from electrovib.core.units import format_quantity, number_in
 from electrovib.data.atomic import Form, unsigned
 
 if TYPE_CHECKING:
@@ -24,18 +24,30 @@ if TYPE_CHECKING:
 class Scaling:
     """Relation of the voltage of the drive to what a file or an instrument holds.
 
-    It has the voltage at full scale, None for the largest one, and the voltage over that of the instrument.
+    Parameters
+    ----------
+    full_scale : float, optional
+        Voltage of the drive at full scale, of ``.wav`` and of an instrument [V]; by default its largest voltage. With one value
+        several files need one setting of the amplifier.
+    gain : float
+        Voltage of the drive over that of the instrument [1].
     """
 
-    full_scale: float | None = None
-    gain: float = 1.0
+    full_scale: float | str | None = None
+    gain: float | str = 1.0
 
-    def full(self, otherwise: float) -> float:
-        """Return the voltage at full scale, or refuse one that is none."""
-        full = otherwise if self.full_scale is None else self.full_scale
-        if not (math.isfinite(full) and full > 0):
-            raise InputError("must be a voltage above 0 V", path="full_scale", value=str(full))
-        return full
+
+def _ratio(scaling: Scaling) -> float:
+    """Return the voltage of the drive over that of the instrument."""
+    return number_in("1", "gain", scaling.gain)
+
+
+def _full(scaling: Scaling, otherwise: float) -> float:
+    """Return the voltage at full scale, or refuse one that is none."""
+    full = otherwise if scaling.full_scale is None else number_in("V", "full_scale", scaling.full_scale)
+    if not (math.isfinite(full) and full > 0):
+        raise InputError("must be a voltage above 0 V", path="full_scale", value=str(full))
+    return full
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,10 +128,10 @@ _COUPLING: Final = (
 
 def _as_shares(waveform: Waveform, scaling: Scaling) -> Encoded:
     """Return the samples as shares of full scale in 24 bits, rounded towards 0 so that none is enlarged."""
-    if scaling.gain != 1.0:
+    if _ratio(scaling) != 1.0:
         why = "belongs to an --instrument; a WAV file has a full scale"
-        raise InputError(why, path="gain", value=f"{scaling.gain:g}")
-    full = scaling.full((waveform.peak or 1.0) * _FULL / (_FULL - 1))
+        raise InputError(why, path="gain", value=f"{_ratio(scaling):g}")
+    full = _full(scaling, (waveform.peak or 1.0) * _FULL / (_FULL - 1))
     codes = np.trunc(waveform.voltages / full * _FULL)
     if np.any(np.abs(codes) > _FULL - 1):
         largest = float(np.max(np.abs(waveform.voltages)))
@@ -165,10 +177,10 @@ HP_SMALLEST_AMPLITUDE: Final = 0.1
 
 def _as_codes(waveform: Waveform, scaling: Scaling) -> Encoded:
     """Return the samples as codes of 12 bits, in which 2047 is the largest voltage unless a full scale is given."""
-    gain = scaling.gain
+    gain = _ratio(scaling)
     if not (math.isfinite(gain) and gain > 0):
         raise InputError("must be a number above 0", path="gain", value=str(gain))
-    full = scaling.full(waveform.peak or gain)
+    full = _full(scaling, waveform.peak or gain)
     if full > HP_LARGEST_VOLTAGE * gain * (1 + 1e-12):
         raise InputError(
             f"the full scale is {full:g} V of the drive, and the generator puts out at most {HP_LARGEST_VOLTAGE:g} V (a value"

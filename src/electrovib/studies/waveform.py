@@ -68,8 +68,7 @@ class Waveform(Unchangeable):
             f"the waveform differs from the drive by up to {format_quantity(self.error, 'V', digits=3)},"
             f" {100 * self.share:.3g} % of its largest voltage ({len(self.times)} samples at"
             f" {format_quantity(self.rate, 'Hz', digits=6)}, {self.between}), and {100 * largest_error:.3g} % is allowed."
-            " Nothing was written. Take a higher rate, a shorter time, edges instead of discontinuities, or allow more with"
-            " --largest-error"
+            " Nothing was written. Take a higher rate, a shorter time, or edges instead of discontinuities"
         )
 
 

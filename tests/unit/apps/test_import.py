@@ -35,7 +35,8 @@ def test_columns_then_a_trace_then_a_report(record, said, refused):
     np.testing.assert_allclose(ev.open_trace("m.nc")[MEASURED], np.sin(60 * TIME), atol=1e-8)
     signals = {"lateral_force": (("time",), np.sin(60 * TIME))}
     ev.save(make_trace(signals, {"time": TIME}, {"title": "run"}), "run.nc")
-    said(f"report run.nc a.csv {options} -o r.html")
+    said(f"import a.csv {options} -o with_offset.nc")
+    said("report run.nc with_offset.nc -o r.html")
     page = (record / "r.html").read_text(encoding="utf-8")
     assert "Measured and predicted" in page
     assert "100 mN" in page  # the mean of the residual: 0.2 V of offset at 0.5 N/V
@@ -68,7 +69,7 @@ def test_a_recipe_is_written_and_read(here, plain, said, refused):
     said("import a.csv --recipe lab.toml --set 'crop=5 ms..10 ms' -o third.nc")
     assert ev.open_trace("third.nc").time.size == 6
     assert "exists already" in refused(f"import a.csv {options} -o lab.toml")
-    said("report a.csv --recipe lab.toml -o r.html")
+    said("report second.nc -o r.html")
 
 
 def test_a_truth_of_a_recipe_is_no_text(here, said, cli):
@@ -113,8 +114,8 @@ def test_a_material_is_written_as_toml(here, said, refused):
     grid = np.geomspace(10, 1e4, 8)
     rows = np.column_stack([grid, 80 + 0 * grid])
     np.savetxt("e.csv", rows, delimiter=",", header="f,permittivity", comments="")
-    assert "assumed to be 0" in said("import e.csv --as material -o e.toml --layer film")
-    assert "[stack.film.material]" in (here / "e.toml").read_text(encoding="utf-8")
+    assert "assumed to be 0" in said("import e.csv --as material -o e.toml")
+    assert "[stack.stratum_corneum.material]" in (here / "e.toml").read_text(encoding="utf-8")
     assert "exists already" in refused("import e.csv --as material -o e.toml")
 
 
@@ -131,7 +132,9 @@ def test_a_part_of_a_file_becomes_a_material(here, said, refused):
     layer = tomllib.loads((here / "second.toml").read_text())["stack"]["stratum_corneum"]
     assert layer["thickness"] == "1 mm"
     first, second = (
-        ev.import_material("z.dta", area="1 cm2", thickness="1 mm", part=part).material.loss_samples.values
+        ev.import_material(
+            "z.dta", ev.SpectrumRecipe(area="1 cm2", thickness="1 mm", part=part)
+        ).material.loss_samples.values
         for part in ("ZCURVE", "ZSECOND")
     )
     np.testing.assert_allclose(second, first / 2, rtol=1e-9)  # conduction 1/R of the sample

@@ -210,7 +210,7 @@ study my.toml -n 4 --seed 1 => --space: not given; for instance --space fingers
 {FINGERS} => --output: name one folder
 {FINGERS} --sensitivity --records => --records: does not belong to --sensitivity
 {FINGERS} --sensitivity => --quantity: --sensitivity takes exactly one
-{FINGERS} -o a --workers many => --workers = many: expected a number, or the address
+{FINGERS} -o a --workers many => workers = many: expected a number of processes, 1 or more, or the address
 # imports
 import a.csv --column 'drive_voltage=u' --column drive_voltage=t => is given twice
 import a.csv --as picture => expected trace, material or measurement

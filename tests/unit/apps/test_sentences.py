@@ -113,7 +113,7 @@ export ok.toml --as x -o w.csv => no such instrument
 run ok.toml --outptu x.nc => Did you mean '--output'?
 run ok.toml -O x.nc => Did you mean '-o'?
 run ok.toml -x => 'electrovib run -h' shows
-init ok.toml --report x => '--report' belongs to 'run', 'study'
+init ok.toml --report x => '--report' belongs to 'run'
 init ok.toml --over x => '--over' && takes '--set'
 bench init -o x => 'electrovib bench init' prints && > FILE
 find-value want=x => 'want=x' && --want 'x'

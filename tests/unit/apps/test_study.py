@@ -10,12 +10,12 @@ import pytest
 from stand_in_population import SPACE, StandInPopulation, stand_in
 
 import electrovib as ev
-from electrovib.apps.cli.study import _processes
 from electrovib.apps.progress import items_shown, progress_words
 from electrovib.core.budget import computed, each_item, items_heard
 from electrovib.core.errors import InputError
 from electrovib.core.paths import words_at
 from electrovib.data.atomic import Form
+from electrovib.studies.population.run import _where
 from electrovib.view import pages as page
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")
@@ -36,7 +36,7 @@ def closed(here, monkeypatch):
 
 def test_the_command_prints_bands_and_writes_them(closed, said):
     asked = "-n 200 --seed 1 --exceed '1 mN' --percentiles 10,50"
-    out = said(f"{STUDY} {asked} -o study.zarr -o a.csv --report a.html")
+    out = said(f"{STUDY} {asked} -o study.zarr -o a.csv -o a.html")
     for words in (
         "Electrostatic force at 50 ms, where its median is largest: 10th percentile",
         "above 1 mN at some time",
@@ -63,7 +63,6 @@ def test_the_command_prints_bands_and_writes_them(closed, said):
         ),
         (f"{FIVE} --quantity mean_force --quantity lateral_force", ["expected signals over the same axis"]),
         (f"{FIVE} -o a.xyz", ["name one folder DIR.zarr"]),
-        (f"{FIVE} --report a.pdf", [".html"]),
     ],
 )
 def test_all_mistakes_are_told_at_once_before_the_study(line, words, closed, refused, monkeypatch):
@@ -91,9 +90,9 @@ def test_an_interrupted_command_says_how_far_it_came(closed, cli, said, monkeypa
 
 
 def test_workers_are_a_number_or_the_address_of_a_scheduler():
-    assert _processes(None) == {"scheduler": None}
-    assert _processes("4") == {"workers": 4}
-    assert _processes("tcp://10.0.0.1:8786") == {"scheduler": "tcp://10.0.0.1:8786"}
+    assert _where(None) is None
+    assert _where("4") == {"workers": 4, "scheduler": None}
+    assert _where("tcp://10.0.0.1:8786") == {"workers": None, "scheduler": "tcp://10.0.0.1:8786"}
 
 
 SCENARIO, QUANTITY = "vezzoli_2014/fig6_gap", "peak electrostatic_force"

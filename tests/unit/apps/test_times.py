@@ -29,7 +29,7 @@ def trace(tmp_path_factory):
 
 
 def test_the_table_states_times_with_intervals(trace, here, said, refused, table):
-    out = said(f"{trace} --exponentials 1 -o found")
+    out = said(f"{trace} -o found")
     for words in (r"rising +10-90 % time as recorded +13", r"falling +time constant \(exponential\) +6"):
         assert re.search(words, out)
     assert "95 % interval" in out
@@ -44,12 +44,12 @@ def test_the_table_states_times_with_intervals(trace, here, said, refused, table
     assert "Falling edges" in page
     assert "Forms of relaxation of the rising edges" in page
     (here / "found" / "times.csv").write_text("mine")  # our own would be replaced
-    assert "times.csv: exists already" in refused(f"{trace} --exponentials 1 -o found")
+    assert "times.csv: exists already" in refused(f"{trace} -o found")
 
 
 def test_the_drive_marks_the_edges_and_a_sensor_is_taken_out(trace, said):
     sensor = "--by drive_voltage --sensor 380Hz:3 --levels 20:80"
-    out = said(f"{trace} {sensor} --exponentials 1 --edges falling")
+    out = said(f"{trace} {sensor} --edges falling")
     assert re.search("falling +delay", out)
     assert "20-80 % time of an instantaneous change through the sensor" in out
     assert "rising" not in out

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.apps.progress import heard
 from electrovib.bench.link import BenchError, BenchStopped
 from electrovib.bench.sequence import STEPS, RunRecord, compare, refuse_beyond
 from electrovib.bench.settings import Instruments
@@ -93,8 +94,9 @@ def stopped(tmp_path, monkeypatch, twin_in_place):
             spoil=spoil and (lambda twin: spoil(twin, injector)),
             wrap=lambda connection: Faulty(connection, injector),
         )
-        with pytest.raises((BenchError, BenchStopped, KeyboardInterrupt)) as caught:
-            ev.run_bench(SCENARIO, simulate=True, output=tmp_path / "t.nc", report=injector.report)
+        told = heard("electrovib.bench", lambda step: injector.report(step.getMessage()))
+        with told, pytest.raises((BenchError, BenchStopped, KeyboardInterrupt)) as caught:
+            ev.run_bench(SCENARIO, simulate=True, output=tmp_path / "t.nc")
         assert not (tmp_path / "t.nc").exists()
         return caught.value, twins[0], injector, ev.open_trace(tmp_path / "t.incomplete.nc")
 

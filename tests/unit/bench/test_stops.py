@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.apps.progress import heard
 from electrovib.bench import run, sequence
 from electrovib.bench.link import BenchError, BenchStopped, Link
 from electrovib.bench.sequence import STEPS
@@ -42,12 +43,13 @@ def played(tmp_path, twin_in_place, at_zero):
     def late(number, _):
         raise Late(signal.Signals(number).name)
 
-    def call(*, with_enable=True, output="t.nc", report=None):
+    def call(*, with_enable=True, output="t.nc", report=bool):
         twins = twin_in_place(with_enable=with_enable)
         before = {number: signal.signal(number, late) for number in map(signal.Signals.__getitem__, SIGNALS)}
         path = None if output is None else tmp_path / output
         try:
-            found = ev.run_bench(SCENARIO, simulate=True, output=path, report=report)
+            with heard("electrovib.bench", lambda step: report(step.getMessage())):
+                found = ev.run_bench(SCENARIO, simulate=True, output=path)
         except BaseException as error:  # noqa: BLE001  # also a signal
             found = error
         finally:

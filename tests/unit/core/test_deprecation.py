@@ -3,7 +3,9 @@
 import importlib
 import inspect
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import electrovib as ev
@@ -13,8 +15,9 @@ from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario
+from electrovib.studies.population import StudyCancelledError
 
-GAP = "vezzoli_2014/fig6_gap"
+GAP, FIG6 = "vezzoli_2014/fig6_gap", "vezzoli_2014/fig6"
 
 
 def former(now):
@@ -116,3 +119,174 @@ def test_every_former_parameter_stands_for_a_present_one():
         for old, new in parameters.items():
             assert old not in present
             assert new.now in present
+
+
+SINE = "bau_2010/sine"
+WAVE = {"set": {"limits.voltage": "1 kV", "limits.current": "10 mA"}, "edge": "line", "ramp": 1e-3}
+CODES = WAVE | {"instrument": "hp_33120a", "edge": 1e-5}
+SLOW = {"drive": {"model": "Trapezium", "high": 500.0, "rise": 1e-7, "hold": 5e-3, "fall": 1e-7}}
+SLOW |= {"circuit.amplifier": {"bandwidth": 1.0}, "limits": {"voltage": "1 kV", "current": "250 uA"}}
+RIDGES = {"model": "Grating", "period": "2 mm", "amplitude": "0.5 mN"}
+TEXTURE = {"texture": RIDGES, "limits": {"voltage": "300 V", "current": "10 mA"}, "rate": 1e4}
+FILM = {"area": "1 cm2", "thickness": "200 um"}
+
+
+def written(scenario=SINE, name="a.csv", **options):
+    return ev.export_waveform(scenario, name, force=True, **options)
+
+
+def stream(**options):
+    return ev.texture_stream("vezzoli_2014/fig6", **TEXTURE, **options).largest_force
+
+
+def drive(**options):
+    return ev.texture_drive("vezzoli_2014/fig6", path="0.5 m/s", **TEXTURE, **options).largest_force
+
+
+def studied(**options):
+    return ev.study(SINE, "fingers", n=2, seed=1, **options)
+
+
+def cancelled():
+    with pytest.raises(StudyCancelledError) as ended:
+        ev.study(SINE, "fingers", n=2000, seed=1, progress=lambda done, _: done >= 1)
+    return str(ended.value)
+
+
+def told():
+    steps = []
+    ev.run_bench("vezzoli_2014/fig6", simulate=True, report=steps.append)
+    return steps
+
+
+def impedance(name, file="z.csv", **values):
+    """What a parameter of the recipe of a spectrum stands for, as a call of before and one of today."""
+    recipe = ev.SpectrumRecipe(**FILM)
+    return (
+        lambda: ev.import_material(file, recipe, **{name: values["old"]}).to_toml(),
+        lambda: ev.import_material(file, replace(recipe, **{name: values["old"]})).to_toml(),
+    )
+
+
+def too_little():
+    with pytest.raises(InputError, match="the signals of a block") as refused:
+        studied(budget_memory="16 kB")
+    return str(refused.value)
+
+
+LEFT = {
+    "export_waveform.amplifier_present": (
+        lambda: written(
+            ev.load(FIG6, changes=SLOW), edge="line", rate=1e7, amplifier_present=True
+        ).check.value("peak current"),
+        lambda: written(
+            ev.load(FIG6, changes=SLOW).replace({"circuit.amplifier.hardware": "ours, 1 Hz"}),
+            edge="line",
+            rate=1e7,
+        ).check.value("peak current"),
+    ),
+    "export_waveform.largest_error": (
+        lambda: written(**WAVE, rate=1500.0, largest_error="50 %").waveform.share > 0.01,
+        lambda: True,
+    ),
+    "export_waveform.full_scale": (
+        lambda: written(name="a.wav", **WAVE, full_scale="400 V").full_scale,
+        lambda: written(name="a.wav", **WAVE, scaling=ev.Scaling(full_scale="400 V")).full_scale,
+    ),
+    "export_waveform.gain": (
+        lambda: written(**CODES, gain=20).notes,
+        lambda: written(**CODES, scaling=ev.Scaling(gain=20)).notes,
+    ),
+    "export_waveform.remarks": (
+        lambda: "by hand" in written(**WAVE, remarks=["by hand"]).notes,
+        lambda: True,
+    ),
+    "import_file.title": (
+        lambda: ev.import_file("z.csv", title="mine").title,
+        lambda: ev.import_file("z.csv").assign_attrs(title="mine").title,
+    ),
+    "import_material.area": impedance("area", old="2 cm2"),
+    "import_material.thickness": impedance("thickness", old="100 um"),
+    "import_material.series_resistance": impedance("series_resistance", old="100 ohm"),
+    "import_material.parallel_capacitance": impedance("parallel_capacitance", old="1 pF"),
+    "import_material.columns": impedance(
+        "columns", "mute.csv", old={"frequency": "a [Hz]", "real": "b [ohm]", "imaginary": "c [ohm]"}
+    ),
+    "import_material.reader": impedance("reader", old="text"),
+    "import_material.delimiter": impedance("delimiter", old=","),
+    "import_material.decimal_comma": impedance("decimal_comma", old=False),
+    "import_material.part": impedance("part", old="spectrum 1"),
+    "run_bench.report": (lambda: told()[0], lambda: "identify"),
+    "study.budget_memory": (lambda: "they may take 0.016 MB" in too_little(), lambda: True),
+    "study.progress": (lambda: "the same call continues" in cancelled(), lambda: True),
+    "texture_drive.frequency": (lambda: drive(frequency="100 Hz"), drive),
+    "texture_stream.frequency": (lambda: stream(frequency="100 Hz"), stream),
+}
+"""What is called with a parameter that has left the signature, and the same today."""
+
+
+@pytest.fixture
+def spectra(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    frequency = np.geomspace(10.0, 1e5, 30)
+    impedance = 1 / (1e-6 + 2j * np.pi * frequency * 20e-12)
+    rows = "".join(
+        f"{at!r},{each.real!r},{each.imag!r}\n"
+        for at, each in zip(frequency.tolist(), impedance.tolist(), strict=True)
+    )
+    (tmp_path / "z.csv").write_text(f"frequency [Hz],z' [ohm],z'' [ohm]\n{rows}")
+    (tmp_path / "mute.csv").write_text(f"a,b,c\n{rows}")
+
+
+@pytest.mark.usefixtures("spectra")
+@pytest.mark.parametrize("name", LEFT)
+def test_a_parameter_that_has_left_a_signature_still_counts_and_warns(name):
+    function, _, parameter = name.partition(".")
+    before, today = LEFT[name]
+    now = deprecation.GONE_PARAMETERS[function][parameter].now
+    with warns(f"{function}({parameter}=)", now, since="1.0.0") as said:
+        found = before()
+    assert {each.filename for each in said} == {__file__}
+    assert found == today()
+
+
+def test_the_frequency_of_a_texture_without_a_carrier_counts():
+    for call in (drive, stream):
+        with pytest.warns(DeprecationWarning, match="frequency="):
+            assert call(frequency="1 kHz") != call()
+
+
+@pytest.mark.usefixtures("spectra")
+def test_what_export_passes_on_counts_and_warns_too():
+    with warns(
+        "export_waveform(remarks=)", "the title of the scenario, which the file states", since="1.0.0"
+    ):
+        path = ev.export(SINE, "a.csv", remarks=["by hand"], **WAVE)
+    assert "# by hand\n" in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.filterwarnings("ignore:export_waveform")
+def test_a_wrong_value_of_what_has_left_is_refused_as_before():
+    with pytest.raises(InputError) as error:
+        written(amplifier_present="no", largest_error=b"1")
+    assert list(error.value.problems) == [
+        "amplifier_present = 'no': export_waveform takes True or False",
+        "largest_error = b'1': export_waveform takes a plain number",
+    ]
+
+
+def test_what_has_left_a_signature_is_listed_once_and_tried():
+    names = {f"{function}.{name}" for function, each in deprecation.GONE_PARAMETERS.items() for name in each}
+    assert names == LEFT.keys()
+    for function, each in deprecation.GONE_PARAMETERS.items():
+        assert not each.keys() & inspect.signature(getattr(ev, function)).parameters.keys()
+
+
+def test_a_value_of_what_has_left_holds_for_its_call_alone():
+    """A function that is called within, by its public name too, takes its own."""
+    expected = stream()
+    with deprecation.former_values(frequency="1 kHz"):
+        assert deprecation.former_value("frequency", 1) == "1 kHz"
+        assert stream() == expected
+        assert deprecation.former_value("frequency", 1) == "1 kHz"
+    assert deprecation.former_value("frequency", 1) == 1

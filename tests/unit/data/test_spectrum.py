@@ -202,7 +202,9 @@ def test_an_impedance_times_an_area_needs_the_area(tmp_path, unit):
     table(tmp_path, f"f [Hz],Z' ({unit}),Z'' ({unit})", (GRID, per.real, per.imag))
     with pytest.raises(InputError, match=r"one times an area; .* --as material"):
         ev.import_file(tmp_path / "a.csv")
-    found = ev.import_material(tmp_path / "a.csv", area="0.5 cm2", thickness="200 um").material
+    found = ev.import_material(
+        tmp_path / "a.csv", ev.SpectrumRecipe(area="0.5 cm2", thickness="200 um")
+    ).material
     np.testing.assert_allclose(found.permittivity_samples.values, C * 2e-4 / (eps0 * size), rtol=1e-6)
     loss = 2e-4 / (R * size) / (W * eps0)
     np.testing.assert_allclose(found.loss_samples.values, loss, rtol=1e-6)
@@ -264,7 +266,7 @@ def test_each_spectrum_of_a_table_is_a_part(tmp_path, turned):
         np.testing.assert_allclose(found.impedance, impedance(number)[::-1])
         others = ", ".join(f"spectrum {other}" for other in (1, 2, 3) if other != number)
         assert f"read: spectrum {number}; not read: {others}" in found.attrs["validity"]
-        material = ev.import_material(path, part=part, area="1 cm2", thickness="1 mm")
+        material = ev.import_material(path, ev.SpectrumRecipe(part=part, area="1 cm2", thickness="1 mm"))
         assert material.material.frequency_samples.values.size == 29
     with pytest.raises(InputError, match="3 spectra, spectrum 1 to spectrum 3"):
         ev.import_file(path, part="spectrum 4")

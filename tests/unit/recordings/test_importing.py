@@ -213,19 +213,22 @@ def test_an_impedance_is_a_trace_and_a_material(table):
     measured = 1 / (1 / (sample + 300) + 2j * np.pi * GRID * 3e-12)
     path = table("f [Hz],Z' [ohm],Z'' [ohm]", GRID, measured.real, measured.imag)
     np.testing.assert_allclose(ev.import_file(path)["impedance"], measured, rtol=1e-12)
-    fixture = {"series_resistance": "300 ohm", "parallel_capacitance": "3 pF", "conductivity": "1 uS/m"}
-    found = ev.import_material(path, area="1 cm2", thickness="200 um", **fixture)
+    fixture = {"series_resistance": "300 ohm", "parallel_capacitance": "3 pF"}
+    recipe = ev.SpectrumRecipe(area="1 cm2", thickness="200 um", **fixture)
+    found = ev.import_material(path, recipe, conductivity="1 uS/m")
     np.testing.assert_allclose(found.material.complex_permittivity(GRID), EPS, rtol=1e-6)
     assert found.thickness == 2e-4
     with pytest.raises(InputError, match=r"area: .* '1 cm2'"):
-        ev.import_material(path, thickness="200 um")
+        ev.import_material(path, ev.SpectrumRecipe(thickness="200 um"))
     with pytest.raises(InputError, match=r"(?s)area: .*\nthickness: .* '200 um'"):
         ev.import_material(path)
     for stated in ({"area": "0 m2", "thickness": "1 mm"}, {"area": "1 cm2", "thickness": 0.0}):
         with pytest.raises(InputError, match="expected more than 0, in m"):
-            ev.import_material(path, **stated)
+            ev.import_material(path, ev.SpectrumRecipe(**stated))
     with pytest.raises(InputError, match="rows are those of no passive dielectric"):
-        ev.import_material(path, area="1 cm2", thickness="200 um", series_resistance="1 Mohm")
+        ev.import_material(
+            path, ev.SpectrumRecipe(area="1 cm2", thickness="200 um", series_resistance="1 Mohm")
+        )
 
 
 def test_a_permittivity_with_or_without_loss_goes_into_a_scenario(table):
@@ -234,9 +237,9 @@ def test_a_permittivity_with_or_without_loss_goes_into_a_scenario(table):
     assert "assumed to be 0" in found.diagnostics[0].text
     np.testing.assert_allclose(found.material.complex_permittivity(GRID), EPS.real, rtol=1e-12)
     with pytest.raises(InputError, match="area: the file holds a permittivity"):
-        ev.import_material(path, area="1 cm2")
+        ev.import_material(path, ev.SpectrumRecipe(area="1 cm2"))
     path = table("f,permittivity,loss factor", GRID, EPS.real, -EPS.imag)
-    found = ev.import_material(path, thickness="150 um")
+    found = ev.import_material(path, ev.SpectrumRecipe(thickness="150 um"))
     layer = tomllib.loads(found.to_toml("stratum_corneum"))["stack"]["stratum_corneum"]
     changes = {f"stack.stratum_corneum.{name}": layer[name] for name in ("material", "thickness")}
     skin = ev.load("vezzoli_2014/fig6", changes=changes).stack.layers["stratum_corneum"]

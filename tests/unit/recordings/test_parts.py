@@ -136,4 +136,7 @@ def test_a_material_is_refused_and_a_trace_has_a_warning(table):
         said = json.loads(ev.import_file(path).attrs["validity"])
         assert [each["state"] for each in said] == ["warning"] * (name == "bad")
         with pytest.raises(InputError, match="badly calibrated") if name == "bad" else nullcontext():
-            assert ev.import_material(path, area="1 cm2", thickness="1 mm").material is not None
+            assert (
+                ev.import_material(path, ev.SpectrumRecipe(area="1 cm2", thickness="1 mm")).material
+                is not None
+            )

@@ -24,7 +24,6 @@ def run(
     seed: Annotated[int, options.number("--seed", int)] = 0,
     set: options.Changes = None,
     output: options.Output = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Play the drive of a scenario as one burst and record it.
@@ -46,6 +45,7 @@ def run(
     output : FILE
         Write the Trace: .nc, .csv or .mat.
     """
+    from electrovib.apps.progress import heard
     from electrovib.bench.link import BenchStopped
     from electrovib.bench.run import plan_bench, run_bench
 
@@ -56,14 +56,8 @@ def run(
         return
     asked = options.given(bench=bench, simulate=simulate, arm=arm, finger=finger, seed=seed, output=output)
     try:
-        trace = run_bench(
-            scenario,
-            **asked,
-            set=changes,
-            force=force,
-            confirm=_confirm,
-            report=lambda step: say(f"step: {step}"),
-        )
+        with heard("electrovib.bench", lambda step: say(f"step: {step.getMessage()}")):
+            trace = run_bench(scenario, **asked, set=changes, force=force, confirm=_confirm)
     except (KeyboardInterrupt, BenchStopped) as stop:
         try:
             complain(str(stop) or "interrupted")

@@ -76,7 +76,6 @@ def evidence(
     *,
     measured: Annotated[list[str] | None, typer.Argument()] = None,
     laws: options.Texts = None,
-    _models: options.Models = None,
     all: options.Details = False,
     n: Annotated[int, options.number("-n", int)] = 64,
     seed: Annotated[int, options.number("--seed", int)] = 0,

@@ -9,6 +9,7 @@ from electrovib.apps.cli import options
 from electrovib.apps.cli.fit import share_of
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
 from electrovib.apps.cli.terminal import answered, say, show_answer
+from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
 
@@ -28,7 +29,6 @@ def fit_material(
     reference: options.Text = None,
     loss: options.Text = "measured",
     columns: options.Columns = None,
-    recipe: options.Text = None,
     set: options.Changes = None,
     into: options.Text = None,
     layer: options.Text = None,
@@ -68,10 +68,13 @@ def fit_material(
     --------
     electrovib fit-material z.csv --set area='1 cm2' --set thickness='200 um' -o my_skin.toml
     """
-    from electrovib.apps.fit_material import SpectrumErrors, SpectrumRecipe, fit_material
+    from electrovib.apps.fit_material import SpectrumErrors, fit_material
+    from electrovib.recordings.importing.own_material import SpectrumRecipe
     from electrovib.view.files import written
 
-    entries = recipe_of(recipe, set, columns, only=OF_SAMPLE, of="the fit of a material")
+    entries = recipe_of(
+        former_value("recipe", None), set, columns, only=OF_SAMPLE, of="the fit of a material"
+    )
     asked = options.given(form=form, loss=loss, into=into, layer=layer, output=output, force=force)
     shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
     known: dict[str, Any] = {
@@ -98,7 +101,6 @@ def fit_power_law(
     x: options.Needed,
     y: options.Needed,
     session: Annotated[str | None, typer.Option("--session-column")] = None,
-    recipe: options.Text = None,
     set: options.Changes = None,
     output: options.Output = None,
     _style: options.Style = None,
@@ -129,7 +131,7 @@ def fit_power_law(
     """
     from electrovib.recordings.fit.power_law import PowerLawFit, fit_power_law, read_points
 
-    entries = recipe_of(recipe, set, None, only=READING, of="the fit of a power law")
+    entries = recipe_of(former_value("recipe", None), set, None, only=READING, of="the fit of a power law")
     entries.pop("columns", None)
 
     omitted = 0
@@ -156,7 +158,6 @@ def fit_contact(
     voltage: options.Names = None,
     measured: options.Names = None,
     frequency: options.Text = None,
-    points: Annotated[int | None, options.number("--points", int)] = None,
     draws: Annotated[int | None, options.number("--draws", int)] = None,
     seed: Annotated[int, options.number("--seed", int)] = 0,
     columns: options.Columns = None,
@@ -164,7 +165,6 @@ def fit_contact(
     set: options.Changes = None,
     output: options.Output = None,
     _style: options.Style = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Fit a rough contact to its capacitance over the load.
@@ -197,8 +197,6 @@ def fit_contact(
         Measured attraction at each voltage, which the prediction is compared with.
     frequency : FREQUENCY
         Of a sine whose root mean square the voltages are, on which leaking spots depend.
-    points : N
-        Points along a side of the grid.
     draws : N
         Draws of the random phases of the roughness.
     seed : N
@@ -230,7 +228,7 @@ def fit_contact(
         if capacitance is None
         else _of_tables(files, load, capacitance, entries)
     )
-    asked = options.given(free=free, points=points, draws=draws, seed=seed)
+    asked = options.given(free=free, points=former_value("points", None), draws=draws, seed=seed)
     found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
     answers: list[ContactFit | ContactPrediction] = [found]
     if voltage:

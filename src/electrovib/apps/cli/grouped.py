@@ -13,7 +13,9 @@ from typing import Any, Final
 from typer.core import TyperCommand, TyperGroup
 
 from electrovib.apps.cli import options
+from electrovib.apps.cli.gone import taken
 from electrovib.apps.cli.meant import QUOTED, command_meant, explained, options_of, refuse_other_forms
+from electrovib.core.deprecation import former_values
 from electrovib.core.errors import InputError
 
 _SCENARIOS: Final = ("scenario", "second")
@@ -55,6 +57,8 @@ class _Arguments:
         """
         if args[:1] == ["help"] and "help" not in getattr(self, "commands", {"help"}):
             args = [*args[1:2], "--help"]
+        args, gone = taken(ctx.command_path.partition(" ")[2], args)
+        ctx.with_resource(former_values(**gone))
         if "--version" in args and "--version" not in options_of(self):
             ctx.find_root().command.main(["--version"], prog_name="electrovib")
         flags = {name for each in self.params if getattr(each, "is_flag", False) for name in each.opts}

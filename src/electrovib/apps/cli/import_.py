@@ -10,6 +10,7 @@ import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import say, warned
+from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError
 
 READING: Final = ("columns", "reader", "delimiter", "decimal_comma", "part")
@@ -45,7 +46,6 @@ def import_(
     set: options.Changes = None,
     recipe: options.Text = None,
     kind: Annotated[str, typer.Option("--as")] = "trace",
-    layer: options.Text = None,
     output: options.Output = None,
     force: options.Flag = False,
 ) -> None:
@@ -82,7 +82,7 @@ def import_(
         raise InputError(f"--as {kind}: expected trace, material or measurement")
     read = functools.partial(recipe_of, recipe, set, columns)
     if kind != "trace":
-        return _into_toml(kind, file, output, read, layer or "stratum_corneum", force=force)
+        return _into_toml(kind, file, output, read, force=force)
     entries = read(only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
     if output is None and "columns" not in entries:
         return say(*list_columns(file, **{name: entries[name] for name in READING if name in entries}))
@@ -120,11 +120,11 @@ def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: 
 
 
 def _into_toml(
-    kind: str, file: str, output: str | None, read: Callable[..., dict[str, Any]], layer: str, *, force: bool
+    kind: str, file: str, output: str | None, read: Callable[..., dict[str, Any]], *, force: bool
 ) -> None:
     """Import a material or a measurement, print what is known of it, and write it."""
     from electrovib.data.atomic import Form, check_writable, write_text
-    from electrovib.recordings.importing.own_material import import_material
+    from electrovib.recordings.importing.own_material import SpectrumRecipe, import_material
     from electrovib.studies.evidence.entries import ENTRIES, TABLES
     from electrovib.studies.evidence.files import import_measurement
 
@@ -135,9 +135,11 @@ def _into_toml(
             raise InputError(f"a {kind} is written as .toml, not as '{target.suffix}'", path=target)
     check_writable(targets, inputs=[Path(file)], force=force)
     if kind == "material":
-        material = import_material(file, **read(only=(*OF_SAMPLE, "conductivity"), of="a material"))
+        entries = read(only=(*OF_SAMPLE, "conductivity"), of="a material")
+        conductivity = entries.pop("conductivity", 0.0)
+        material = import_material(file, SpectrumRecipe(**entries), conductivity=conductivity)
         lines = [*material.history, *(f"{each.state}: {each.text}" for each in material.diagnostics)]
-        text = material.to_toml(layer)
+        text = material.to_toml(former_value("layer", "stratum_corneum"))
     else:
         only, tables = (*READING, *ENTRIES), ("columns", *TABLES)
         entries = read(only=only, of="a measurement", tables=tables)

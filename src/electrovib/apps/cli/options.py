@@ -60,10 +60,15 @@ def _blank(flag: str) -> InputError:
     return InputError("is blank, as a variable is that is not set; give a value, or omit it", path=flag)
 
 
-def _number(flag: str, kind: type, text: object) -> float:
-    """Read the number of an option."""
-    if not str(text).strip():
+def refuse_blank_text(flag: str, text: str) -> None:
+    """Refuse a blank text of an option."""
+    if not text.strip():
         raise _blank(flag)
+
+
+def read_number(flag: str, kind: type, text: object) -> float:
+    """Read the number of an option."""
+    refuse_blank_text(flag, str(text))
     try:
         return parse_count(str(text)) if kind is int else parse_quantity(str(text), "1")
     except ValueError as error:
@@ -137,12 +142,16 @@ def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, 
             yield path, quantity.doc
 
 
-def _use_models(files: list[str] | None) -> None:
-    for file in files or ():
-        from electrovib.core.own_models import use_models
+def use_models(file: str) -> None:
+    """Import a file with models of a user."""
+    from electrovib.core import own_models
 
-        if not file.strip():
-            raise _blank("--models")
+    refuse_blank_text("--models", file)
+    own_models.use_models(file)
+
+
+def _use_each(files: list[str] | None) -> None:
+    for file in files or ():
         use_models(file)
 
 
@@ -171,7 +180,7 @@ def surplus(context: typer.Context, accepted: str) -> list[str]:
 
 def only(context: typer.Context, accepted: str, of: str) -> None:
     """Refuse every option that was typed and is not among the names `accepted`, because `of` does not take it."""
-    if found := surplus(context, f"_models _style force {accepted}"):
+    if found := surplus(context, f"_style force {accepted}"):
         raise InputError(f"{flag}: does not belong to {of}; omit it" for flag in found)
 
 
@@ -222,7 +231,7 @@ def pair_of(text: str, name: str, form: str) -> tuple[str, str]:
 
 def number(flag: str, kind: type = float) -> Any:
     """Declare an option with a number: a whole one, or one that may have a unit such as %."""
-    return typer.Option(flag, parser=functools.partial(_number, flag, kind))
+    return typer.Option(flag, parser=functools.partial(read_number, flag, kind))
 
 
 def split(param: typer.CallbackParam, value: list[str] | None) -> list[str] | None:
@@ -241,7 +250,7 @@ Needed = Annotated[str, typer.Option()]
 Flag = Annotated[bool, typer.Option()]
 Output = Annotated[str | None, typer.Option("--output", "-o")]
 Changes = Annotated[list[str] | None, typer.Option("--set")]
-Models = Annotated[list[str] | None, typer.Option("--models", callback=_use_models, is_eager=True)]
+Models = Annotated[list[str] | None, typer.Option("--models", callback=_use_each, is_eager=True)]
 Style = Annotated[str | None, typer.Option("--style")]
 Columns = Annotated[list[str] | None, typer.Option("--column")]
 Details = Annotated[bool, typer.Option("--all")]

@@ -41,7 +41,6 @@ def find_value(
     edge: options.Text = None,
     all: options.Details = False,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Find the value of a parameter for a wanted quantity.
@@ -80,7 +79,6 @@ def value_for_share(
     edge: options.Text = None,
     all: options.Details = False,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Find the value that suffices for a share of people.
@@ -119,7 +117,6 @@ def drive_for_force(
     edge: options.Text = None,
     all: options.Details = False,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Find the drive that gives a force over time.
@@ -155,7 +152,6 @@ def texture_drive(
     texture: options.Needed,
     path: options.Needed,
     carrier: options.Text = None,
-    frequency: options.Text = None,
     rate: options.Text = None,
     ramp: options.Text = None,
     limits: options.Texts = None,
@@ -164,7 +160,6 @@ def texture_drive(
     edge: options.Text = None,
     all: options.Details = False,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Compute the drive that renders a texture under a finger.
@@ -176,15 +171,11 @@ def texture_drive(
     path : SPEED|FILE|TABLE
         Of the finger: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x (and y).
     carrier : FREQUENCY
-        Frequency of the carrier, '3 kHz'; none if absent.
-    frequency : FREQUENCY
-        Without a carrier: where the gain of the force is taken; 100 Hz by default.
+        Frequency of the carrier, '3 kHz'; none if absent, and the gain of the force is that at 100 Hz.
     """
     from electrovib.studies.texture.drive import TextureDrive, texture_drive
 
-    asked = options.given(
-        scenario=scenario, texture=texture, path=path, carrier=carrier, frequency=frequency, rate=rate
-    )
+    asked = options.given(scenario=scenario, texture=texture, path=path, carrier=carrier, rate=rate)
     asked |= options.given(ramp=ramp, limits=limits, set=set, output=output, edge=edge, all=all, force=force)
     _designed(TextureDrive, texture_drive, "rendering and simulating", asked)
 
@@ -201,7 +192,6 @@ def plan_plate(
     output: options.Output = None,
     _style: options.Style = None,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Find the plate with the most force within limits.
@@ -302,7 +292,6 @@ def check(
     _style: options.Style = None,
     all: options.Details = False,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Compare voltage, current and breakdown with limits.
@@ -357,18 +346,16 @@ def export(
     instrument: Annotated[str | None, typer.Option("--instrument", "--as")] = None,
     rate: options.Text = None,
     ramp: options.Text = None,
-    largest_error: Annotated[float, options.number("--largest-error")] = 0.01,
     full_scale: options.Text = None,
     gain: Annotated[float, options.number("--gain")] = 1.0,
     edge: options.Text = None,
-    amplifier_present: options.Flag = False,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Write a netlist for ngspice, or the drive as a waveform.
 
-    A waveform is written only within declared limits.
+    A waveform is written only within declared limits; bandwidth and limits of circuit.amplifier count only where its hardware is
+    named.
 
     Parameters
     ----------
@@ -378,28 +365,22 @@ def export(
         A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.
     instrument : NAME
         Instrument whose codes are written: hp_33120a.
-    largest_error : SHARE
-        Error over the largest voltage above which nothing is written.
     full_scale : VOLTAGE
         Voltage of the drive at full scale.
     gain : NUMBER
         Voltage of the drive over that of the instrument.
-    amplifier_present
-        The amplifier of the scenario stands before the plate: its bandwidth and limits count.
     """
     from electrovib.apps.progress import tracked
     from electrovib.exports.save import WRITERS, export_netlist
     from electrovib.exports.waveform import export_waveform
-    from electrovib.exports.waveform_formats import WAVEFORM_FORMATS
+    from electrovib.exports.waveform_formats import WAVEFORM_FORMATS, Scaling
 
     if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
     path = str(place or output)
     suffix, changes = Path(path).suffix.lower(), options.changes(set)
     if suffix not in WAVEFORM_FORMATS and not instrument:
-        if suffix in WRITERS and (
-            used := options.surplus(context, "scenario place output set _models force")
-        ):
+        if suffix in WRITERS and (used := options.surplus(context, "scenario place output set force")):
             raise InputError(f"{flag}: belongs to a waveform; omit it for a netlist" for flag in used)
         with tracked("solving and writing"):
             written = export_netlist(scenario, Path(path), changes=changes, force=force)
@@ -407,11 +388,11 @@ def export(
         say(f"run it:  ngspice -b {shlex.quote(str(written.path))}")
         return
     asked = options.given(instrument=instrument, limits=limits) | edge_of(edge)
-    amounts = {"rate": ("Hz", rate), "ramp": ("s", ramp), "full_scale": ("V", full_scale)}
-    for name, (unit, text) in amounts.items():
+    for name, (unit, text) in {"rate": ("Hz", rate), "ramp": ("s", ramp)}.items():
         if text:
-            asked[name] = number_in(unit, f"--{name.replace('_', '-')}", text)
-    asked |= {"largest_error": largest_error, "gain": gain, "amplifier_present": amplifier_present}
+            asked[name] = number_in(unit, f"--{name}", text)
+    full = number_in("V", "--full-scale", full_scale) if full_scale else None
+    asked["scaling"] = Scaling(full_scale=full, gain=gain)
     with tracked("sampling and checking"):
         found = export_waveform(scenario, path, set=changes, force=force, **asked)
     show_answer(found)

@@ -37,7 +37,6 @@ def run(
     _style: options.Style = None,
     report: options.Text = None,
     all: options.Details = False,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Simulate a scenario once, or over values of a parameter.

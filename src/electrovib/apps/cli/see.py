@@ -12,6 +12,7 @@ import typer
 from electrovib.apps.cli import options
 from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
+from electrovib.core.deprecation import former_value
 
 if TYPE_CHECKING:
     import xarray
@@ -23,7 +24,6 @@ def explore(
     port: Annotated[int | None, options.number("--port", int)] = None,
     no_browser: options.Flag = False,
     set: options.Changes = None,
-    _models: options.Models = None,
 ) -> None:
     """Open a page in the browser: sliders, curves and limits.
 
@@ -60,28 +60,21 @@ def report(
     traces: options.Files,
     output: Annotated[str, typer.Option("--output", "-o")] = "report.html",
     _style: options.Style = None,
-    columns: options.Columns = None,
-    set: options.Changes = None,
-    recipe: options.Text = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Write one report of several Traces, overlaid.
-
-    With --column other files are imported as measurements.
 
     Parameters
     ----------
     traces
         Trace files, overlaid in one report.
-    set : KEY=VALUE
-        Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'; repeatable.
     """
     from electrovib.apps.progress import tracked
     from electrovib.view.files import written
     from electrovib.view.report import reported
 
-    found = _imported(traces, recipe_of(recipe, set, columns, only=OF_TRACE, of="a Trace"))
+    recipe, changes, columns = (former_value(name, None) for name in ("recipe", "set", "column"))
+    found = _imported(traces, recipe_of(recipe, changes, columns, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
         shown, document = reported(found or traces, output, force=force)
     say(*_answers(shown, output), *_without_parameters(traces), written(output, lambda: document))

@@ -1,14 +1,18 @@
 """``electrovib study``."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered, complain, say, show_answer
 from electrovib.apps.exit_codes import INTERRUPTED
+from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError, gathered, refuse
+
+if TYPE_CHECKING:
+    from logging import LogRecord
 
 
 def study(
@@ -23,13 +27,10 @@ def study(
     percentiles: options.Text = "5,50,95",
     exceed: options.Names = None,
     records: options.Flag = False,
-    budget_memory: options.Text = "1 GB",
     workers: options.Text = None,
     output: Annotated[list[str] | None, typer.Option("--output", "-o")] = None,
     _style: options.Style = None,
-    report: options.Text = None,
     set: options.Changes = None,
-    _models: options.Models = None,
     force: options.Flag = False,
 ) -> None:
     """Compute bands of a force over a population of fingers.
@@ -52,21 +53,19 @@ def study(
         Threshold whose exceedance probability is wanted: '5 mN'; repeatable.
     records
         Keep the parameters and signals of every finger too.
-    budget_memory : MEMORY
-        Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.
     workers : N|ADDRESS
         Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.
     output : DIR
         Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and files of the bands: .csv, a
-        figure (.pdf, .svg, .png), a table (.tex); of --sensitivity one file, or the folder for report.html, indices.csv,
-        elasticities.csv, space.toml and the figure; repeatable.
+        page (.html), a figure (.pdf, .svg, .png), a table (.tex); of --sensitivity one file, or the folder for report.html,
+        indices.csv, elasticities.csv, space.toml and the figure; repeatable.
     """
     from electrovib.view.files import SUFFIXES
 
     if space is None:
         raise InputError("not given; for instance --space fingers", path="--space")
     asked = {"scenario": options.changed(scenario, set), "space": space, "n": n, "seed": seed, "force": force}
-    outputs = output or []
+    outputs = [*(output or []), *filter(None, [former_value("report", None)])]
     if sensitivity:
         options.only(context, "scenario n seed space quantity sensitivity output set", "--sensitivity")
         _print_sensitivity(asked, quantity or [], outputs)
@@ -78,18 +77,8 @@ def study(
     asked |= options.given(
         quantity=quantity, percentiles=options.names_of(percentiles), exceed=exceed, records=records
     )
-    asked |= options.given(budget_memory=budget_memory, report=report) | _processes(workers)
+    asked |= options.given(workers=workers)
     _print_bands(asked, stores[0], bands)
-
-
-def _processes(workers: str | None) -> dict[str, int | str | None]:
-    """Read a number of processes, or the address of a scheduler."""
-    if workers is None or ":" in workers:
-        return {"scheduler": workers}
-    if not workers.isdecimal():
-        why = "expected a number, or the address of a scheduler: tcp://host:8786"
-        raise InputError(why, path="--workers", value=workers)
-    return {"workers": int(workers)}
 
 
 def _print_sensitivity(asked: dict[str, Any], quantities: list[str], outputs: list[str]) -> None:
@@ -105,31 +94,28 @@ def _print_sensitivity(asked: dict[str, Any], quantities: list[str], outputs: li
 
 def _print_bands(asked: dict[str, Any], store: str, bands: list[str]) -> None:
     """Compute the bands, print them, and write the outputs beside the store."""
-    from electrovib.apps.progress import tracked
+    from electrovib.apps.progress import heard, tracked
     from electrovib.exports.save import save
     from electrovib.studies.population import study
     from electrovib.studies.population.answer import StudyResult
     from electrovib.view.files import check_answer
-    from electrovib.view.pages import check_page
 
     force, problems = asked.pop("force", False), list[str]()
     for each in bands:
         with gathered(problems):
             check_answer(StudyResult, each, force=force)
-    if "report" in asked:
-        with gathered(problems):
-            check_page(asked["report"], force=force)
-        bands = [*bands, asked.pop("report")]
     refuse(problems)
     done = [0, asked["n"]]
     try:
         with tracked("evaluating fingers", counted=True) as progress:
 
-            def note(fingers: int, total: int) -> None:
-                done[:] = fingers, total
-                progress(fingers, total)
+            def note(record: "LogRecord") -> None:
+                assert isinstance(record.args, tuple)
+                done[:] = record.args
+                progress(*done)
 
-            found = study(**asked, output=store, progress=note)
+            with heard("electrovib.study", note):
+                found = study(**asked, output=store)
     except KeyboardInterrupt:
         complain(f"{done[0]} of {done[1]} fingers are complete; the same command continues with the next")
         raise SystemExit(INTERRUPTED) from None

@@ -7,6 +7,7 @@ import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import answered
+from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ def times(
     antiphase: options.Flag = False,
     sensor: options.Text = None,
     edges: Annotated[str, typer.Option()] = "both",
-    exponentials: Annotated[int, options.number("--exponentials", int)] = 3,
     window: options.Text = None,
     before: options.Text = None,
     ring: options.Flag = False,
@@ -56,8 +56,6 @@ def times(
         Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.
     edges : both|rising|falling
         Edges that are measured.
-    exponentials : N
-        Largest number of exponentials, 1 to 4.
     window : TIME
         Length of the section after an edge, such as '20 ms'.
     before : TIME
@@ -83,15 +81,14 @@ def times(
         return
     options.only(
         context,
-        "record quantity levels by antiphase sensor edges exponentials window before ring output",
+        "record quantity levels by antiphase sensor edges window before ring output",
         "times, but to --swipes",
     )
     asked |= options.given(
         record=record, quantity=quantity, levels=levels, by=by, antiphase=antiphase, ring=ring
     )
-    asked |= options.given(
-        sensor=sensor, edges=edges, exponentials=exponentials, window=window, before=before
-    )
+    asked |= options.given(sensor=sensor, edges=edges, window=window, before=before)
+    asked |= {"exponentials": former_value("exponentials", 3)}
     answered(MeasuredTimes, _times, "measuring times", asked)
 
 

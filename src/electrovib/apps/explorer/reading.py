@@ -122,7 +122,7 @@ def read_apart(
     """Read a recording in a process of its own: a Trace if the file names its signals or `columns` do, else its columns.
 
     `columns` is signal to the heading of its column, with a unit in brackets where the file states none; options
-    are ``step``, ``scale`` and ``title`` of `electrovib.import_file`, of which an empty one is not stated. A file
+    are ``step`` and ``scale`` of `electrovib.import_file` and a ``title``, of which an empty one is not stated. A file
     that no reader takes, that is damaged or too large, or that takes too much time or memory, is refused.
     """
     wanted = dict(columns) if columns else None
@@ -191,7 +191,8 @@ def read_here(
 
     if columns is not None:
         given = {name: value for name, value in options.items() if value}
-        return _checked_trace(import_file(path, dict(columns), **given))
+        titled = {"title": given.pop("title")} if "title" in given else {}
+        return _checked_trace(import_file(path, dict(columns), **given).assign_attrs(titled))
     try:
         trace = open_trace(path).load()
     except ElectrovibError:

@@ -11,9 +11,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.deprecation import former_value
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.files import note_input
+from electrovib.core.mistakes import shown
 from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
 from electrovib.data.guarded import check_file
@@ -77,8 +79,6 @@ def import_file(
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
     part: str | None = None,
-    calibration: Mapping[str, str | Path] | None = None,
-    title: str = "",
     **reduction: Any,
 ) -> xarray.Dataset:
     """Import a file of an instrument: its columns become signals of a Trace, in SI, with their history.
@@ -105,14 +105,11 @@ def import_file(
         Of text: whether decimals are written with a comma; found if not given.
     part : str, optional
         Sheet of a spreadsheet, table of a Gamry file, or array whose length is chosen where a file holds several.
-    calibration : mapping of str to path, optional
-        Signal to a table of two columns with units, the reading of its sensor and the known value; the line fitted to it is used
-        as the scale, and its error goes with the signal, as a fit reads it.
-    title : str
-        Title of the Trace; the name of the file if empty.
     **reduction
-        ``scale``, ``offset``, ``shift``, ``trigger``, ``baseline``, ``detrend``, ``crop``, ``average`` and ``resample``, as
-        described for `electrovib.recordings.importing.reduction.ReductionSteps`, applied in this order.
+        ``calibration`` has the signal and a table of two columns with units, the reading of its sensor and the known value; the
+        line fitted to it is used as the scale, and its error goes with the signal, as a fit reads it. ``scale``, ``offset``,
+        ``shift``, ``trigger``, ``baseline``, ``detrend``, ``crop``, ``average`` and ``resample``, as described for
+        `electrovib.recordings.importing.reduction.ReductionSteps`, are applied in this order.
 
     Returns
     -------
@@ -130,6 +127,7 @@ def import_file(
     check_file(place)
     note_input(place)
     table, spectrum = split_part(part)
+    calibration = _calibrations(reduction.pop("calibration", None))
     options = {"delimiter": delimiter, "decimal_comma": decimal_comma, "part": table}
     with ThreadPoolExecutor(1) as beside:
         checksum = beside.submit(_checksum, place)
@@ -140,7 +138,7 @@ def import_file(
     stated |= {"columns": dict(columns or {}), "time": time, "step": step, "stamps": stamps}
     stated |= {"calibration": {name: str(each) for name, each in calibration.items()}} if calibration else {}
     origin = {
-        "title": title or place.stem,
+        "title": former_value("title", "") or place.stem,
         "electrovib": version("electrovib"),
         "file": place.name,
         "file_sha256": checksum.result(),
@@ -157,9 +155,7 @@ def import_file(
         given |= {"scale": None, "stamps": stamps != "refuse"}
         refuse([f"{name}: has no effect on a spectrum; omit it" for name, value in given.items() if value])
         return trace
-    steps = _reduction(
-        reduction | _with_calibrations(calibration or {}, wanted, reduction.get("scale") or {})
-    )
+    steps = _reduction(reduction | _with_calibrations(calibration, wanted, reduction.get("scale") or {}))
     if problems := _wrong_names(wanted, steps):
         raise InputError(problems)
     if spectrum:
@@ -168,6 +164,17 @@ def import_file(
     names = [each.name for each in chosen.values()]
     clock = sample_times(recorded, names, time=time, step=step, stamps=stamps)
     return _over_time(recorded, chosen, clock, steps, origin)
+
+
+def _calibrations(given: Any) -> dict[str, str | Path]:
+    """Read the file of the calibration of each signal."""
+    if not isinstance(given or {}, dict) or not all(
+        isinstance(each, (str, Path)) for each in (given or {}).values()
+    ):
+        raise InputError(
+            "expected the name of a file for each signal", path="calibration", value=shown(given)
+        )
+    return dict(given or {})
 
 
 def _checksum(path: Path) -> str:

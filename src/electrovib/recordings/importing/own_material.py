@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
+from electrovib.core.deprecation import former_value
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.samples import Samples
@@ -238,36 +239,20 @@ def layer_toml(what: str, lines: Sequence[str], layer: str, thickness: float | N
     return tomlkit.dumps(document)
 
 
-def import_material(
-    path: str | Path,
-    *,
-    area: str | float | None = None,
-    thickness: str | float | None = None,
-    series_resistance: str | float = 0.0,
-    parallel_capacitance: str | float = 0.0,
-    conductivity: str | float = 0.0,
-    columns: Mapping[str, str] | None = None,
-    reader: str = "",
-    delimiter: str | None = None,
-    decimal_comma: bool | None = None,
-    part: str | None = None,
-) -> ImportedMaterial:
-    r"""Import a measured impedance or permittivity spectrum as a material.
+@dataclass(frozen=True, kw_only=True)
+class SpectrumRecipe:
+    """How files of spectra are read: the electrodes and the fixture of the sample, and the columns.
 
     Parameters
     ----------
-    path : str or Path
-        Any file that a reader takes.
     area : str or float, optional
         Area of the electrode or contact [m2]; needed for an impedance.
     thickness : str or float, optional
         Thickness of the sample [m]; needed for an impedance.
     series_resistance : str or float
         Resistance of leads, electrodes and gel in series with the sample [ohm], subtracted from the impedance.
-    parallel_capacitance : str or float
+    parallel_capacitance : str or float, optional
         Capacitance of the fixture parallel to sample and series resistance [F], subtracted from the admittance first.
-    conductivity : str or float
-        Conductivity at zero frequency [S/m], which no spectrum determines; between 0 and the bound that a diagnostic states.
     columns : mapping of str to str, optional
         As for `electrovib.data.spectrum.spectrum_of`.
     reader : str
@@ -278,6 +263,32 @@ def import_material(
         Of text: whether decimals are written with a comma; found if not given.
     part : str, optional
         Sheet of a spreadsheet, table of a Gamry file, or array whose length is chosen where a file holds several.
+    """
+
+    area: str | float | None = None
+    thickness: str | float | None = None
+    series_resistance: str | float = 0.0
+    parallel_capacitance: str | float | None = None
+    columns: Mapping[str, str] | None = None
+    reader: str = ""
+    delimiter: str | None = None
+    decimal_comma: bool | None = None
+    part: str | None = None
+
+
+def import_material(
+    path: str | Path, recipe: SpectrumRecipe | None = None, *, conductivity: str | float = 0.0
+) -> ImportedMaterial:
+    r"""Import a measured impedance or permittivity spectrum as a material.
+
+    Parameters
+    ----------
+    path : str or Path
+        Any file that a reader takes.
+    recipe : SpectrumRecipe, optional
+        How it is read, where this is not plain: area and thickness of a sample whose impedance was measured, columns.
+    conductivity : str or float
+        Conductivity at zero frequency [S/m], which no spectrum determines; between 0 and the bound that a diagnostic states.
 
     Returns
     -------
@@ -294,11 +305,10 @@ def import_material(
     The permittivity of a homogeneous sample of thickness d and area A, without fringe field, is
     :math:`\varepsilon^* = d / (j \omega \varepsilon_0 A Z)`.
     """
+    known = vars(recipe or SpectrumRecipe())
     sample = read_sample(
-        path, area=area, thickness=thickness, series_resistance=series_resistance,
-        parallel_capacitance=parallel_capacitance, columns=columns, reader=reader, delimiter=delimiter,
-        decimal_comma=decimal_comma, part=part,
-    )  # fmt: skip
+        path, SpectrumRecipe(**{name: former_value(name, value) for name, value in known.items()})
+    )
     history, diagnostics = list(sample.history), list(sample.diagnostics)
     if not sample.permittivity.imag.any():
         words = "the table states a permittivity without loss: the loss is assumed to be 0"
@@ -363,35 +373,32 @@ class SampleSpectrum:
 
 
 def read_sample(
-    path: str | Path,
-    *,
-    area: str | float | None = None,
-    thickness: str | float | None = None,
-    series_resistance: str | float = 0.0,
-    parallel_capacitance: str | float = 0.0,
-    columns: Mapping[str, str] | None = None,
-    part: str | None = None,
-    fixture_capacitance: float = 0.0,
-    **reading: Any,
+    path: str | Path, recipe: SpectrumRecipe, *, fixture_capacitance: float = 0.0
 ) -> SampleSpectrum:
-    """Read the permittivity of a sample from a measured impedance or permittivity spectrum, as `import_material` describes it.
+    """Read the permittivity of a sample from a measured impedance or permittivity spectrum.
 
     `fixture_capacitance` [F], as a reference measured in the fixture shows it, is subtracted from an
     admittance like `parallel_capacitance`. An impedance that shows that the instrument is badly calibrated is
     refused.
     """
-    place = Path(path)
-    table, number = split_part(part)
-    recorded = read_recorded(place, part=table, **reading)
-    spectrum = spectrum_of(recorded, columns=columns, spectrum=number)
+    place, area, thickness = Path(path), recipe.area, recipe.thickness
+    table, number = split_part(recipe.part)
+    recorded = read_recorded(
+        place,
+        part=table,
+        reader=recipe.reader,
+        delimiter=recipe.delimiter,
+        decimal_comma=recipe.decimal_comma,
+    )
+    spectrum = spectrum_of(recorded, columns=recipe.columns, spectrum=number)
     if (count := np.unique(spectrum.frequency).size) < FEWEST:
         raise InputError(
             f"the spectrum has {count} frequencies; a material needs {FEWEST} or more", path=place
         )
     depth = None if thickness is None else number_of("thickness", thickness, "m", above=True)
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
-    resistance = number_of("series_resistance", series_resistance, "ohm")
-    capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
+    resistance = number_of("series_resistance", recipe.series_resistance, "ohm")
+    capacitance = number_of("parallel_capacitance", recipe.parallel_capacitance or 0.0, "F")
     per_farad, permittivity = 0.0, spectrum.permittivity
     if spectrum.impedance is not None:
         if offset := phase_offset(spectrum.frequency, spectrum.impedance):

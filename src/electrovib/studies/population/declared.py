@@ -26,7 +26,8 @@ FORMAT: Final = f"{STUDY_FORMAT} 3"
 BLOCK: Final = 1024
 """Number of fingers whose signals are computed together, and that a chunk of a store holds."""
 PERCENTILES: Final = (5.0, 50.0, 95.0)
-MEMORY: Final = "1 GB"
+PART_OF_MEMORY: Final = 0.25
+"""Share of the memory allowed that the values from which percentiles are taken may have."""
 _MOST_FINGERS: Final = 10**12
 
 

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import functools
+import logging
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.budget import Work, megabytes, refuse_beyond
+from electrovib.core.budget import Work, allowed, megabytes, refuse_beyond
+from electrovib.core.deprecation import former_value
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.data.atomic import HeldError, held, output_path
 from electrovib.solve.meter import Meter, measured
 from electrovib.studies.population import store
-from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, DeclaredStudy, read_study
+from electrovib.studies.population.declared import (
+    BLOCK,
+    PART_OF_MEMORY,
+    PERCENTILES,
+    DeclaredStudy,
+    read_study,
+)
 from electrovib.studies.population.files import written
 from electrovib.studies.population.result import arrays, attributes, draws_of
 from electrovib.studies.population.tiles import Collected, Evaluator, Tile, tiles_of_cluster, tiles_of_process
@@ -26,6 +34,7 @@ if TYPE_CHECKING:
 
     Progress = Callable[[int, int], bool | None]
 
+_LOG: Final = logging.getLogger("electrovib.study")
 PAUSE: Final = 1.0
 """Least time between two checkpoints [s]; a study that is killed loses at most about this, or the time that follows."""
 _SHARE: Final = 4.0
@@ -57,17 +66,14 @@ def study(
     percentiles: Sequence[float | str] = PERCENTILES,
     exceed: Sequence[str | float] | str | float = (),
     records: bool = False,
-    budget_memory: float | str = MEMORY,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: Progress | None = None,
+    workers: int | str | None = None,
 ) -> StudyResult:
     """Compute bands of a signal over a population of fingers.
 
     The variance is that of the population, estimated over n - 1. Percentiles are exact order statistics of
-    float32 values while fingers x samples x 4 bytes fit the memory, and otherwise come from histograms with a
-    relative error below 0.3 %. Threads, workers and interruptions change numbers by rounding alone, less than
-    1e-12 of them.
+    float32 values while fingers x samples x 4 bytes fit a quarter of the memory that `electrovib.budget` allows, 1 GB
+    by default, and otherwise come from histograms with a relative error below 0.3 %. Threads, workers and
+    interruptions change numbers by rounding alone, less than 1e-12 of them.
 
     Parameters
     ----------
@@ -87,14 +93,9 @@ def study(
         Thresholds whose exceedance probability is wanted, with units or in SI: ``"5 mN"``.
     records : bool
         Whether parameters and signals of every finger are kept in the store.
-    budget_memory : str or float
-        Memory within which percentiles are exact [byte].
-    workers : int, optional
-        Number of processes on this machine; threads of this process if absent.
-    scheduler : str, optional
-        Address of a Dask scheduler, ``"tcp://host:8786"``.
-    progress : callable, optional
-        Function of the number of fingers done and of all.
+    workers : int or str, optional
+        Number of processes on this machine, or the address of a Dask scheduler, ``"tcp://host:8786"``; threads of this process
+        if absent.
 
     Returns
     -------
@@ -109,6 +110,10 @@ def study(
         For every mistake in the arguments, and for a store that is damaged or of another study.
     BudgetError
         If the study would take more time or memory than `electrovib.budget` allows.
+
+    Notes
+    -----
+    The logger ``electrovib.study`` is told how many fingers are done.
 
     Examples
     --------
@@ -126,9 +131,9 @@ def study(
         percentiles=percentiles,
         exceed=exceed,
         records=records,
-        budget_memory=budget_memory,
+        budget_memory=former_value("budget_memory", allowed().memory * PART_OF_MEMORY),
     )
-    where = _where(workers, scheduler)
+    where, progress = _where(workers), former_value("progress", None)
     if output is None:
         return _in_memory(declared, where, progress)
     path = output_path(output)
@@ -173,15 +178,18 @@ def _locked(path: Path) -> Iterator[None]:
         yield
 
 
-def _where(workers: int | None, scheduler: str | None) -> dict[str, Any] | None:
+def _where(workers: int | str | None) -> dict[str, Any] | None:
     """Return the arguments of a cluster, or None for this process."""
-    if workers is None and scheduler is None:
+    if workers is None:
         return None
-    if workers is not None and scheduler is not None:
-        raise InputError("workers, scheduler: give one of them; a scheduler has its own workers")
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise InputError(f"workers = {workers}: expected a number of processes, 1 or more")
-    return {"workers": workers, "scheduler": scheduler}
+    if isinstance(workers, str) and ":" in workers:
+        return {"workers": None, "scheduler": workers}
+    if isinstance(workers, str) and workers.isdecimal():
+        workers = int(workers)
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        why = "expected a number of processes, 1 or more, or the address of a scheduler: tcp://host:8786"
+        raise InputError(why, path="workers", value=str(workers))
+    return {"workers": workers, "scheduler": None}
 
 
 def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluator:
@@ -190,8 +198,8 @@ def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluat
     block = 2 * 8.0 * min(BLOCK, declared.fingers) * found.numbers
     if block > declared.memory:
         raise InputError(
-            f"budget_memory = {megabytes(declared.memory)}: the signals of a block of {min(BLOCK, declared.fingers)} fingers"
-            f" with {found.samples} samples take {megabytes(block)}; ask for fewer time.samples, or allow more"
+            f"the signals of a block of {min(BLOCK, declared.fingers)} fingers with {found.samples} samples take"
+            f" {megabytes(block)}, and they may take {_memory(declared, block)}"
         )
     workers = (where or {}).get("workers") or 0
     fingers, held = declared.fingers, block / 8.0
@@ -210,6 +218,15 @@ def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluat
     return found
 
 
+def _memory(declared: DeclaredStudy, needed: float) -> str:
+    """Say how much memory signals may take, and what allows the bytes that are needed."""
+    more = megabytes(1.1 * needed / PART_OF_MEMORY)
+    return (
+        f"{megabytes(declared.memory)}, a quarter of the memory allowed; ask for fewer time.samples, or allow more:"
+        f" electrovib --budget '{more}' ..., or electrovib.budget(memory='{more}') in Python"
+    )
+
+
 def _in_memory(
     declared: DeclaredStudy, where: dict[str, Any] | None, progress: Progress | None
 ) -> StudyResult:
@@ -218,9 +235,9 @@ def _in_memory(
 
     evaluator = _evaluator(declared, where)
     if declared.records and not evaluator.exact:
+        memory = _memory(declared, 4.0 * declared.fingers * evaluator.numbers)
         raise InputError(
-            f"records: the signals of all fingers exceed budget_memory = {megabytes(declared.memory)}; give an output, a store"
-            " to which they are written, or allow more"
+            f"records: the signals of all fingers exceed {memory}; or give an output, a store to which they are written"
         )
     collected = Collected(evaluator, hold=evaluator.held or declared.records)
     with closing(_tiles(collected, where, progress)) as tiles:
@@ -285,6 +302,7 @@ def _evaluate(
 
 def _report(progress: Progress | None, collected: Collected) -> None:
     done, total = collected.fingers, collected.evaluator.declared.fingers
+    _LOG.info("%d of %d fingers", done, total)
     if progress is not None and progress(done, total) and done < total:
         raise StudyCancelledError(
             f"the study was ended after {done} of {total} fingers; the same call continues it"

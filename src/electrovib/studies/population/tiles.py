@@ -464,11 +464,11 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
             client = stack.enter_context(Quiet(scheduler, timeout=_CONNECT, set_as_default=False))
         except (OSError, ValueError, TypeError) as error:  # TypeError: encryption that is not set up
             raise InputError(
-                f"scheduler = {scheduler}: no answer ({error}); expected the address that 'dask scheduler' prints, for"
+                f"workers = {scheduler}: no answer ({error}); expected the address that 'dask scheduler' prints, for"
                 " instance tcp://10.0.0.1:8786"
             ) from None
         if not client.scheduler_info(n_workers=-1)["workers"]:
             raise InputError(
-                f"scheduler = {scheduler}: has no worker; start one with 'dask worker {scheduler}'"
+                f"workers = {scheduler}: has no worker; start one with 'dask worker {scheduler}'"
             )
         yield client

@@ -141,7 +141,6 @@ def texture_drive(
     texture: TextureSource,
     path: PathSource,
     carrier: Amount | None = None,
-    frequency: Amount = set_up.FREQUENCY,
     rate: Amount | None = None,
     ramp: Amount = set_up.RAMP,
     limits: AllLimits = None,
@@ -158,9 +157,8 @@ def texture_drive(
     path : str, Path, mapping or FingerPath
         A speed such as ``"30 mm/s"``, a file with the columns ``time`` and ``x``, or a table.
     carrier : float or str, optional
-        Frequency of a carrier whose amplitude is modulated [Hz]; without it the voltage is the root of the force.
-    frequency : float or str
-        Without a carrier, the frequency at which the gain of the force is taken [Hz].
+        Frequency of a carrier whose amplitude is modulated [Hz]; without it the voltage is the root of the force, by the gain
+        at 100 Hz.
     rate : float or str, optional
         Samples per second [Hz]; by default 64 per cycle of the carrier, 10 kHz without one.
     ramp : float or str
@@ -196,7 +194,7 @@ def texture_drive(
     """
     found = set_up.RenderingSetUp.read(scenario, texture, set, limits, "the drive of a texture")
     followed = read_path(path, found.texture)
-    synthesis = found.synthesis(carrier, frequency, ramp, rate, fastest=1e8)
+    synthesis = found.synthesis(carrier, ramp, rate, fastest=1e8)
     lasting = followed.duration + synthesis.hardware.ramp
     if lasting * synthesis.rate > MOST_POINTS:
         why = f"{lasting:g} s at {synthesis.rate:g} Hz are more than {MOST_POINTS} samples; take a shorter path or a lower rate"
@@ -317,7 +315,6 @@ def texture_stream(
     *,
     texture: TextureSource,
     carrier: Amount | None = None,
-    frequency: Amount = set_up.FREQUENCY,
     rate: Amount = 10e3,
     block: Amount = 1e-3,
     ramp: Amount = set_up.RAMP,
@@ -330,7 +327,7 @@ def texture_stream(
 
     Parameters
     ----------
-    scenario, texture, carrier, frequency, ramp, limits, set
+    scenario, texture, carrier, ramp, limits, set
         As for `electrovib.texture_drive`.
     rate : float or str
         Samples per second [Hz], 2.5 times the carrier at least.
@@ -375,7 +372,7 @@ def texture_stream(
         )
     if dimensions not in (1, 2):
         raise InputError("must be 1 or 2", path="dimensions", value=str(dimensions))
-    synthesis = found.synthesis(carrier, frequency, ramp, rate, fastest=1e7)
+    synthesis = found.synthesis(carrier, ramp, rate, fastest=1e7)
     span = set_up.amount(block, "s", "block", low=1 / synthesis.rate, high=1.0)
     lasting = set_up.amount(longest, "s", "longest", low=1e-3, high=86400.0)
     check = _cleared(found.scenario, synthesis, limits)

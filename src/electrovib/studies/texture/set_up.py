@@ -11,6 +11,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, number_in
 from electrovib.physics.texture.base import RenderingPlate, Texture
@@ -149,7 +150,7 @@ AllLimits: TypeAlias = "LimitsSource | Sequence[LimitsSource]"
 RAMP: Final = 1e-3
 """Duration of a ramp at either end [s], by default; a choice."""
 FREQUENCY: Final = 100.0
-"""Frequency at which the force of a drive without carrier is taken [Hz], by default; a choice."""
+"""Frequency at which the force of a drive without carrier is taken [Hz]; a choice."""
 IN_CYCLE: Final = 64
 """Samples per cycle of the carrier, where no rate is given: straight lines between them lower the force by 0.16 %."""
 WITHOUT_CARRIER: Final = 10e3
@@ -182,9 +183,9 @@ class RenderingSetUp:
         return cls(scenario=found, texture=read, declared=declared)
 
     def synthesis(
-        self, carrier: Amount | None, frequency: Amount, ramp: Amount, rate: Amount | None, *, fastest: float
+        self, carrier: Amount | None, ramp: Amount, rate: Amount | None, *, fastest: float
     ) -> Synthesis:
-        """Return what determines the samples; without a carrier the force is that at `frequency`."""
+        """Return what determines the samples; without a carrier the force is that at `FREQUENCY`."""
         tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
         per_second = IN_CYCLE * tone or WITHOUT_CARRIER
         if rate is not None:
@@ -195,7 +196,7 @@ class RenderingSetUp:
                 path="carrier",
                 value=f"{tone:g} Hz",
             )
-        still = amount(frequency, "Hz", "frequency", low=1e-3, high=1e7)
+        still = amount(former_value("frequency", FREQUENCY), "Hz", "frequency", low=1e-3, high=1e7)
         edge = max(1, round(amount(ramp, "s", "ramp", low=1e-6, high=10.0) * per_second)) / per_second
         plate = hardware(self.scenario, self.declared, carrier=tone, frequency=still, ramp=edge)
         friction = AttractionOfFriction(self.scenario, plate.largest_force)
@@ -298,9 +299,7 @@ def hardware(
     found = carrier_gain(scenario, [carrier or frequency])
     gain = float(found.force[0]) * (1.0 if carrier else 2.0)
     if not gain > 0:
-        raise InputError(
-            "this stack gives no force at this frequency", path="carrier" if carrier else "frequency"
-        )
+        raise InputError(f"this stack gives no force at {carrier or frequency:g} Hz", path="carrier")
     amplifier = scenario.circuit.supply
     factor = abs(amplifier.gain)
     if not factor:

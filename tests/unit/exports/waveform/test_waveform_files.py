@@ -25,6 +25,7 @@ BURST = ev.load(FIG6, changes={"drive": SINE, "limits": LIMITS, "time.duration":
 SUFFIXES = tuple(WAVEFORM_FORMATS)
 GENERATOR = {"instrument": "hp_33120a", "gain": 20}
 EDGE = {"edge": 1e-6}
+pytestmark = pytest.mark.filterwarnings(r"ignore:export_waveform\((largest_error|amplifier_present)=")
 
 
 @pytest.fixture(autouse=True)
@@ -36,7 +37,8 @@ def folder(tmp_path, monkeypatch):
 def export(scenario, path="drive.csv", **options):
     """Export with the declaration that a format needs whose samples are joined by straight lines where they are played."""
     joined = {} if str(path).endswith(".pwl") else {"edge": "line"}
-    return ev.export_waveform(scenario, path, **joined | options)
+    scaling = ev.Scaling(**{name: options.pop(name) for name in ("full_scale", "gain") if name in options})
+    return ev.export_waveform(scenario, path, scaling=scaling, **joined | options)
 
 
 def refused(words, scenario=PULSE, path="drive.csv", **options):
@@ -212,6 +214,12 @@ def test_the_error_is_that_of_the_closed_form():
     assert shifted == pytest.approx(1 + found.error, rel=1e-2)
 
 
+def test_an_error_above_one_per_cent_of_the_largest_voltage_is_refused():
+    """A sine of 1 kHz departs from its chords by 1 - cos(pi/20) = 1.23 % at 20 kHz, and by 0.79 % at 25 kHz."""
+    refused("and 1 % is allowed", BURST, rate=20e3)
+    assert export(BURST, rate=25e3).waveform.share == pytest.approx(1 - np.cos(np.pi / 25), rel=2e-3)
+
+
 def test_the_command_line(folder):
     def run(*words):
         return CliRunner(env={"COLUMNS": "200"}).invoke(app, ["export", FIG6, *words])
@@ -232,7 +240,7 @@ def test_the_command_line(folder):
         ["-o", "a.csv", "--rate", "3 V"],
         ["a.cir", "--as", "hp_33120a"],
         ["a.cir", "--edge", "line"],
-        ["a.cir", "--amplifier-present"],
+        ["a.cir", "--gain", "2"],
         ["a.pwl", *limits, "--edge", "line"],
         ["a.csv", *limits, "--edge", "lines"],
         ["a.csv", *limits, "--edge", "0 s"],
@@ -274,7 +282,7 @@ def test_a_ramp_bounds_the_switching_current_and_a_bandwidth_that_is_only_assume
     """One pole at 1 Hz would leave nothing of the current of 500 V within 0.1 us; without a ramp 1 kohm takes 100 mA."""
     square = {"model": "Trapezium", "high": 500.0, "rise": 1e-7, "hold": 5e-3, "fall": 1e-7}
     scenario = PULSE.replace({"drive": square, "circuit.amplifier": {"bandwidth": 1.0}})
-    refused(r"above 250 uA.*--amplifier-present", scenario, rate=1e7)
+    refused(r"above 250 uA.*as circuit\.amplifier\.hardware", scenario, rate=1e7)
     assert not list(folder.iterdir())
     present = export(scenario, rate=1e7, amplifier_present=True).check.value("peak current")
     assert present < 250e-6

@@ -1,20 +1,25 @@
 """Studies of a population in closed form."""
 
-import functools
-
 import numpy as np
 import pytest
 from stand_in_population import SPACE, StandInPopulation, stand_in
 
+from electrovib.core.deprecation import former_values
 from electrovib.studies.population import StudyCancelledError, study
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    """A study whose fingers cost nothing; another seed, number or statistic can be given."""
+    """A study whose fingers cost nothing; another seed, number, statistic, memory or progress can be given."""
     monkeypatch.setattr("electrovib.solve.population.Population", stand_in)
     monkeypatch.setattr(StandInPopulation, "kernel", "stand-in")
-    return functools.partial(study, "vezzoli_2014/fig6", SPACE, seed=3)
+
+    def run(**asked):
+        former = {name: asked.pop(name) for name in ("budget_memory", "progress") if name in asked}
+        with former_values(**former):
+            return study("vezzoli_2014/fig6", SPACE, **{"seed": 3} | asked)
+
+    return run
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from stand_in_population import PATH, SPACE, StandInPopulation, stand_in
 
+from electrovib.core.deprecation import former_values
 from electrovib.scenario import load
 from electrovib.scenario.space import read_space
 from electrovib.studies.population import StudyCancelledError, open_study, study
@@ -121,8 +122,13 @@ def test_signals_thresholds_percentiles_and_seeds_that_are_asked_for(quick):
 def test_threads_do_not_change_the_numbers(monkeypatch, same, memory, exceed):
     """The real population, in arrays over fingers."""
     scenario = load("vezzoli_2014/fig6_gap").replace({"time.samples": 50})
-    asked = {"n": 7000, "seed": 2, "records": memory == "1 GB", "exceed": exceed, "budget_memory": memory}
-    reference = study(scenario, "fingers", **asked)
+    asked = {"n": 7000, "seed": 2, "records": memory == "1 GB", "exceed": exceed}
+
+    def run():
+        with former_values(budget_memory=memory):
+            return study(scenario, "fingers", **asked)
+
+    reference = run()
     assert reference.attrs["method"].startswith("together")
     evaluated, original = set(), Evaluator.tile
 
@@ -136,7 +142,7 @@ def test_threads_do_not_change_the_numbers(monkeypatch, same, memory, exceed):
     for size, most in ((5e4, 250), (3e5, 1024)):
         monkeypatch.setattr("electrovib.studies.population.tiles._BYTES", size)
         evaluated.clear()
-        same(study(scenario, "fingers", **asked), reference)
+        same(run(), reference)
         assert {stop - start for start, stop, _ in evaluated} == {most, 7000 % most} - {0}
         assert (len({thread for *_, thread in evaluated}) > 1) == (memory == "1 GB")
 

@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.core.deprecation import former_values
 from electrovib.core.own_models import use_models
+from electrovib.studies.population import study
 from electrovib.studies.population.declared import DeclaredStudy, read_study
 from electrovib.studies.population.result import computing_versions
 from electrovib.studies.population.tiles import Collected, Evaluator, tile_on_worker
@@ -75,8 +77,8 @@ def test_a_worker_that_is_killed_costs_its_tasks_alone(tmp_path):
                 workers[0].send_signal(signal.SIGKILL)
                 killed.append(done)
 
-        stored = {"output": tmp_path / "a.zarr", "progress": progress}
-        found = ev.study(scenario, SPACE, **asked, scheduler=address, **stored)
+        with former_values(progress=progress):
+            found = study(scenario, SPACE, **asked, workers=address, output=tmp_path / "a.zarr")
         assert workers[0].wait(timeout=20) == -signal.SIGKILL
         assert workers[1].poll() is None
     assert killed
@@ -97,9 +99,9 @@ def test_an_address_that_cannot_be_used_is_answered_in_a_sentence_alone():
     script = (
         "import electrovib as ev\n"
         "from electrovib.core.errors import InputError\n"
-        "for address in ('nowhere', 'tls://127.0.0.1:9', 'http://x'):\n"
+        "for address in ('nowhere:1', 'tls://127.0.0.1:9', 'http://x'):\n"
         "    try:\n"
-        f"        ev.study({SCENARIO!r}, {SPACE!r}, n=10, seed=1, scheduler=address)\n"
+        f"        ev.study({SCENARIO!r}, {SPACE!r}, n=10, seed=1, workers=address)\n"
         "    except InputError as error:\n"
         "        print(error)\n"
     )
@@ -200,15 +202,16 @@ class Slow(StandInPopulation):
 electrovib.solve.population.Population = lambda scenario, free, signals: Slow(signals=signals)
 tiles.TileSizes.measured = lambda self, fingers, seconds: setattr(self, "wanted", 256)
 run.PAUSE = 0.02
-import electrovib as ev
+from electrovib.core.deprecation import former_values
 
 path, fingers, memory, draws = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.argv[4] == "draws"
 
 def progress(done, total):
     print(done, flush=True)
 
-asked = {"n": fingers, "seed": 3, "exceed": "1 mN", "records": draws, "budget_memory": memory}
-ev.study("vezzoli_2014/fig6", SPACE, **asked, output=path, progress=progress)
+asked = {"n": fingers, "seed": 3, "exceed": "1 mN", "records": draws}
+with former_values(budget_memory=memory, progress=progress):
+    run.study("vezzoli_2014/fig6", SPACE, **asked, output=path)
 """
 
 

@@ -8,6 +8,7 @@ import pytest
 from stand_in_population import PATH, SPACE, StandInPopulation
 from zarr.storage import LocalStore
 
+from electrovib.core.budget import budget
 from electrovib.core.errors import InputError
 from electrovib.data import atomic
 from electrovib.data.atomic import HeldError, held
@@ -202,6 +203,14 @@ def test_more_than_disk_or_memory_hold_is_refused_and_leaves_no_folder(quick, pa
     assert not list(tmp_path.iterdir())
 
 
+def test_percentiles_take_a_quarter_of_the_memory_allowed(quick):
+    """Of 9000 fingers with seven samples, which take 252 kB."""
+    for memory, way in (("1.1 MB", "exact"), ("0.9 MB", "histogram")):
+        with budget(memory=memory):
+            assert way in quick(n=9000).attrs["percentiles_from"]
+    assert quick(n=10).attrs["percentiles_from"].startswith("exact")
+
+
 def test_a_store_is_locked_until_its_study_has_ended_and_one_being_written_is_refused(quick, path):
     """However it ends: complete, ended by its caller, or refused."""
     seen = []
@@ -228,10 +237,13 @@ REFUSED = {
     "records": ({"n": 10**12, "records": True}, "for 1e.12 fingers; allowed are 10 min"),
     "many workers": ({"workers": 10**5}, "25 TB, for 100000 workers; allowed .* Start fewer workers"),
     "memory": ({"budget_memory": 1}, "the signals of a block"),
-    "scheduler": ({"scheduler": "tcp://127.0.0.1:9"}, r"scheduler = tcp://127.0.0.1:9: no answer"),
+    "scheduler": ({"workers": "tcp://127.0.0.1:9"}, r"workers = tcp://127.0.0.1:9: no answer"),
     "no worker": ({"workers": 0}, "workers = 0: expected a number of processes"),
     "no number": ({"workers": True}, "workers = True"),
-    "both": ({"workers": 2, "scheduler": "tcp://a:1"}, "give one of them"),
+    "no address": (
+        {"workers": "nowhere"},
+        "workers = nowhere: expected a number of processes, 1 or more, or the address",
+    ),
     "seed": ({"seed": -1}, "seed = -1: expected a whole number"),
 }
 
@@ -253,6 +265,6 @@ def test_a_refused_study_leaves_what_is_not_its_own(quick, ended, content, tmp_p
     before = content(begun)
     for path in (tmp_path / "empty.zarr", begun):
         with pytest.raises(InputError, match="no answer"):
-            quick(n=100, output=path, scheduler="tcp://127.0.0.1:9")
+            quick(n=100, output=path, workers="tcp://127.0.0.1:9")
     assert content(begun) == before
     assert not [*(tmp_path / "empty.zarr").iterdir()]

@@ -143,8 +143,8 @@ def test_a_law_that_is_not_linear_is_inverted_and_a_mean_over_a_period_removes_i
 
 def test_without_a_carrier_the_force_is_the_gain_of_a_sine_times_twice_the_squared_voltage():
     """The mean of a squared sine is half the square of its amplitude; the misfit names the carrier."""
-    found = drive(carrier=None, frequency="1 kHz")
-    gain = carrier_gain(ev.load(PLATE), [1e3]).force[0]
+    found = drive(carrier=None)
+    gain = carrier_gain(ev.load(PLATE), [100.0]).force[0]
     inside = slice(10, np.searchsorted(found.times, found.path.duration))
     force = 2 * gain * found.voltages[inside] ** 2
     np.testing.assert_allclose(force, found.wanted_force[inside], rtol=1e-9, atol=1e-15)
@@ -218,7 +218,7 @@ def test_a_drive_is_exported_as_it_is(suffix, grating, tmp_path):
 
 
 def test_a_drive_for_the_generator_has_its_number_of_points_or_is_refused(grating, tmp_path):
-    generator = {"limits": LIMITS, "instrument": "hp_33120a", "gain": 100}
+    generator = {"limits": LIMITS, "instrument": "hp_33120a", "scaling": ev.Scaling(gain=100)}
     with pytest.raises(InputError, match="the waveform differs from the drive"):
         ev.export_waveform(grating.scenario, tmp_path / "drive.csv", **generator)
     slow = drive(GRATING | {"amplitude": "50 uN"}, carrier=None, path="200 mm/s")
