@@ -23,6 +23,8 @@ _OUTLIER: Final = 4.0
 """Ratio to the mean step above which a step is not a usual one."""
 FORGOTTEN: Final = 45.0
 """Rate times time after which a mode has decayed below rounding."""
+_WINDOW: Final = 256
+"""Pieces before a point at which all states are asked for, in which the fastest of them are followed."""
 _FEWEST: Final = 4
 """Least number of outputs for which the states are held together."""
 _GRADED: Final = 1e-4
@@ -139,7 +141,11 @@ def _followed(
     # the product with the gains stays on one thread, and the states in the second-level cache
     length = max(1, PRODUCT // max(1, numbers(rates).size * max(_FEWEST, outputs)))
     begins = np.arange(within.start, within.stop, length)
-    ends, counts = np.minimum(begins + length, within.stop), np.full(len(begins), modes)
+    if places is not None:
+        apart = np.diff(places) > _WINDOW
+        windows = places[np.append(True, apart)] - _WINDOW, places[np.append(apart, True)] + 1
+        begins = np.unique(np.concatenate([begins, *windows]).clip(within.start, within.stop - 1))
+    ends, counts = np.append(begins[1:], within.stop), np.full(len(begins), modes)
     if places is not None:
         after = places[np.minimum(np.searchsorted(places, begins), len(places) - 1)] - ends
         with np.errstate(divide="ignore"):
