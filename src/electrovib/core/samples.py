@@ -54,8 +54,9 @@ def fault_of_record(
 class Samples:
     """A read-only one-dimensional array of float64, copied from the values given, and compared by its content."""
 
-    __slots__ = ("_raw",)
+    __slots__ = ("_raw", "_sha256")
     _raw: bytes
+    _sha256: str
 
     def __init__(self, values: ArrayLike) -> None:
         array = np.array(values, dtype=np.float64)
@@ -90,7 +91,14 @@ class Samples:
 
     def canonical_content(self) -> dict[str, Any]:
         """Return what represents the numbers in a hash: how many they are, and the SHA-256 of their bytes."""
-        return {"size": len(self), "sha256": hashlib.sha256(self._little_endian()).hexdigest()}
+        return {"size": len(self), "sha256": self.sha256}
+
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of the bytes, computed once."""
+        if not hasattr(self, "_sha256"):
+            object.__setattr__(self, "_sha256", hashlib.sha256(self._little_endian()).hexdigest())
+        return self._sha256
 
     def _little_endian(self) -> bytes:
         return self._raw if sys.byteorder == "little" else self.values.astype("<f8").tobytes()

@@ -61,6 +61,8 @@ if TYPE_CHECKING:
 
 SQUEEZED: Final = 8
 """Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
+_PAGE: Final = (2 << 20) // 8
+"""Numbers in a large page of memory."""
 WHOLE: Final = ("voltage", "current", "body_current")
 """Quantities with limits that are judged at all times."""
 
@@ -177,15 +179,24 @@ class _Rows:
         for quantity, key in OF_LAYERS.items():
             names = [key(name) for name in self.layers]
             if names and all(name in rows for name in names):
-                self.of_layers[quantity] = np.empty((len(names), self.count))
+                self.of_layers[quantity] = _room(len(names), self.count)
                 self.whole |= zip(names, self.of_layers[quantity], strict=True)
         places = {id(row): key for key, row in rows.items() if not isinstance(key, AmplitudeOf)}
         for key, row in rows.items():
             if isinstance(key, AmplitudeOf) and id(row) in places:
                 continue
-            self.whole.setdefault(key, np.empty(self.count))
+            if key not in self.whole:
+                self.whole[key] = _room(self.count)
         for key in rows.keys() - self.whole.keys():
             self.whole[key] = self.whole[places[id(rows[key])]]
+
+
+def _room(*shape: int) -> Real:
+    """Return room for numbers that begins where a large page of memory does: the system then provides it in few steps."""
+    count = math.prod(shape)
+    space = np.empty(count + _PAGE)
+    first = -(space.ctypes.data // space.itemsize) % _PAGE
+    return space[first : first + count].reshape(shape)
 
 
 OF_STACK: Final = ("stack", "circuit")

@@ -69,6 +69,25 @@ def test_lags_that_decay_before_the_next_place_are_not_missed(monkeypatch):
     assert largest(states_at(*drive, places) - every[:, places]) < 1e-14
 
 
+@pytest.mark.parametrize("worth", [1, 10**12])
+def test_many_slow_modes_follow_from_a_few(worth, monkeypatch):
+    """Also over discontinuities, a long pause, and between points that are close together or far apart."""
+    monkeypatch.setattr(uneven, "_WORTH", worth)
+    rng, count = np.random.default_rng(7), 40_000
+    steps, volts = 1e-6 * (1 + rng.uniform(-0.3, 0.3, count)), np.cumsum(rng.normal(size=count + 1))
+    steps[7000] = 1e-4
+    starts, ends = volts[:-1].copy(), volts[1:].copy()
+    starts[9000:] += 50.0
+    ends[9000:] += 50.0
+    poles = rng.permutation(-np.geomspace(1e-3, 1e7, 60))
+    given_ = poles, starts, ends, steps, rng.normal(size=60), np.array([0, 1, 700, 9000, 9001, 30_000, count])
+    found = states_at(*given_)
+    monkeypatch.setattr(uneven, "_LEAST", count)
+    each = states_at(*given_)
+    assert np.max(np.abs(found - each) / np.max(np.abs(each), axis=1, keepdims=True)) < 1e-12
+    assert not np.array_equal(found, each)
+
+
 @pytest.mark.parametrize("jitter", [0.0, 0.4])
 @pytest.mark.parametrize("jump", [0.0, 3.0])
 @pytest.mark.parametrize("cuts", [[0, 320, 999, 1000], [0, 7, 8, 500, 1000]])

@@ -189,6 +189,8 @@ CYCLE_SAMPLES = 16
 """Evaluations in each cycle of the fastest oscillation in a search for the largest value."""
 MANY_TIMES = 10_000
 """Number of times from which on they are tested for even spacing."""
+TOGETHER = 1 << 15
+"""Number of times at which tones are evaluated together, so that what is made of them stays in the cache."""
 MOST_SAMPLES = 1_000_000
 """Number of evaluations beyond which a largest value is bounded and not searched for."""
 
@@ -328,9 +330,11 @@ class Tones(_Gated):
     def _sum(self, time: Real, amplitudes: Complex) -> Real:
         flat = np.ravel(time)
         total = np.zeros(flat.shape)
-        for frequency, amplitude in zip(self.frequencies, amplitudes, strict=True):
-            cosine, sine = cosine_and_sine(float(frequency), flat)
-            total += amplitude.real * cosine - amplitude.imag * sine
+        for first in range(0, flat.size, TOGETHER):
+            some = slice(first, first + TOGETHER)
+            for frequency, amplitude in zip(self.frequencies, amplitudes, strict=True):
+                cosine, sine = cosine_and_sine(float(frequency), flat[some])
+                total[some] += amplitude.real * cosine - amplitude.imag * sine
         return total.reshape(np.shape(time))
 
     @property

@@ -91,7 +91,7 @@ def answer_errors(
     if fit is None or not np.any(judged):
         return [{} for _ in members]
     differences, residuals = _differences(scenario, section, fit, settled=settled)
-    probes = _probes_among(judged)
+    probes = _probes_among(judged) if noted is None else noted.probes
     found = {
         name: row.reshape(times.shape)
         for name, row in answer.found.items()
@@ -310,7 +310,8 @@ def _judged(scenario: Scenario, times: Real, known: tuple[float, float]) -> NDAr
 
 def _probes_among(judged: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Return the indices of the probes among the judged times."""
-    return np.flatnonzero(judged)[probe_places(int(np.count_nonzero(judged)))]
+    places = probe_places(int(np.count_nonzero(judged)))
+    return places if np.all(judged) else np.flatnonzero(judged)[places]
 
 
 def known_band(scenario: Scenario) -> tuple[float, float]:

@@ -199,9 +199,9 @@ class PeakRecord:
         rows: dict[Key, Real] = {FieldOf(name): found[FieldOf(name)] for name in layers}
         thicknesses: dict[str, Real | float] = {name: layer.thickness for name, layer in layers.items()}
         if gap is not None:
-            thicknesses[gap] = found.get("gap", np.full(len(times), layers[gap].thickness))
-            rows["gap"] = np.asarray(thicknesses[gap])
-        rows["interface"] = found.get("interface_field", np.full(len(times), np.nan))
+            thicknesses[gap] = found.get("gap", layers[gap].thickness)
+            rows["gap"] = np.broadcast_to(thicknesses[gap], len(times))
+        rows["interface"] = found.get("interface_field", np.broadcast_to(np.nan, len(times)))
         if gap is not None:
             rows["breakdown"] = breakdown_share(rows["interface"], rows["gap"])
         rows["across"] = found["stack_voltage"]

@@ -163,7 +163,7 @@ class Extremes:
         low, highs = (each.copy() for each in self.found[name])
         starts, begin = self.starts, self.starts[0]
         larger = _between_probes(self.probes, bounds, starts)
-        if judged is not None:
+        if judged is not None and not np.all(judged):
             whole = np.logical_and.reduceat(judged[begin : self.end], starts - begin)
             if np.any(np.logical_or.reduceat(judged[begin : self.end], starts - begin) != whole):
                 return None

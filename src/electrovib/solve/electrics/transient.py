@@ -28,6 +28,7 @@ from electrovib.solve.electrics.solution import (
 )
 from electrovib.solve.electrics.straight import SharedModes
 from electrovib.solve.recursion.blocks import PRODUCT
+from electrovib.solve.recursion.uneven import FORGOTTEN
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
 from electrovib.solve.stack.modes import blocked, stacked
@@ -279,6 +280,8 @@ def _in_products(
     """Return tones and what fades since a time, at even times: products of those at a few times and within a step of them."""
     width = math.isqrt(len(time))
     begins, inside = time[::width], step * np.arange(width)
+    left = rates * (begins[0] - since) < FORGOTTEN
+    then, rates = then[:, left], rates[left]
     early = 2 * np.pi * np.outer(frequencies, begins)
     late = np.exp(2j * np.pi * np.outer(frequencies, inside))
     columns = np.concatenate([np.cos(early), -np.sin(early), np.exp(-np.outer(rates, begins - since))]).T

@@ -76,5 +76,5 @@ def states_at(
     none = np.zeros((0, np.size(poles)))
     modes, drive, state = gather(poles, none, np.zeros(0), starts, ends, steps, initial_state)
     if drive.steps.ndim:
-        return uneven_states(modes, drive, state, places, record)
+        return uneven_states(modes.poles, drive, state, places, record)
     return even_states(modes, drive, state, places)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.recursion.hold import hold_weights
+from electrovib.solve.recursion.hold import SLOW, hold_weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,24 +26,16 @@ PRODUCT = 4 * 65536
 class _Weights(NamedTuple):
     """Weights of the signals of a drive in the recursion: its values or its rises, and its drops if it is discontinuous.
 
-    Parameters
-    ----------
-    lag : bool
-        Whether the recursion's state is the lag behind the drive.
-    now, later : ndarray, (signals, poles)
-        Weight of a sample in the recursion's state at once, and one step later.
-    shift : ndarray, (poles,)
-        Share of the drive that is added to the recursion's state to obtain the mode.
+    `now`, `later` (signals, poles) are the weights of a sample in a mode, or in its lag behind the drive, at once and one step
+    later.
     """
 
-    lag: bool
     now: Numbers
     later: Numbers
-    shift: Numbers
 
 
 def _weights(z: Numbers, *, drops: bool, lag: bool = False) -> _Weights:
-    """Return the weights of values of a drive in the recursion, or of its rises.
+    """Return the weights of values of a drive in a mode, or of its rises in the lag of the mode.
 
     With values, the recursion's state is ``w = x - last v``, ``w' = decay w + (decay last + first) v``: a continuous
     drive enters once, and not as starts and ends. With rises it is the lag ``x - v`` itself, which becomes
@@ -52,89 +44,90 @@ def _weights(z: Numbers, *, drops: bool, lag: bool = False) -> _Weights:
     """
     (decay, first, last), zero, count = hold_weights(z), np.zeros_like(z), 1 + drops
     if lag:
-        now, later, shift = [zero, zero + 1.0], [last - 1.0, decay], zero
+        now, later = [zero, zero + 1.0], [last - 1.0, decay]
     else:
-        now, later, shift = [zero, last], [decay * last + first, decay * last], last
-    return _Weights(lag, np.stack(now[:count]), np.stack(later[:count]), shift)
-
-
-def _signals(drive: StraightDrive, jumps: Real | None, part: slice, *, lag: bool) -> list[Real]:
-    """Return one number of each signal for every step of a part of the drive."""
-    first = drive.ends[part] - drive.starts[part] if lag else drive.starts[part]
-    return [first] if jumps is None else [first, jumps[part]]
-
-
-class _Together:
-    """Outputs that take the modes, or their lags, with the recursion's state at the point that is reached."""
-
-    def __init__(
-        self, modes: Modes, z: Numbers, state: Numbers, start: float, *, lag: bool, drops: bool
-    ) -> None:
-        self.places, self.z = np.flatnonzero(modes.lag == lag), z
-        self.direct = modes.direct[self.places]
-        self.weights = _weights(z, drops=drops, lag=lag)
-        self.state = state - (start if lag else self.weights.shift * start)
-        self.onto_state = _onto_state(self.weights, z, _BLOCK)
-        direct = np.zeros_like(self.direct) if lag else self.direct
-        self.onto_output = _onto_output(modes.gains[self.places], direct, self.weights, z)
-
-    def put_out(self, signals: Sequence[Real], at_end: float, output: Real) -> None:
-        """Write the outputs at the beginnings of steps, and where there is one number more at the end of the last."""
-        rows, z = [output[place] for place in self.places], self.z
-        count = signals[0].size
-        blocks, rest = divmod(count, _BLOCK)
-        end, length = blocks * _BLOCK, max(1, _HELD // max(1, z.size))
-        whole = [signal[:end].reshape(blocks, _BLOCK) for signal in signals]
-        records = [row[:end].reshape(blocks, _BLOCK) for row in rows]
-        for first in range(0, blocks, length):
-            part = slice(first, min(first + length, blocks))
-            seen = [signal[part] for signal in whole]
-            states = _states_before_blocks(seen, self.onto_state, z, self.state)
-            given = np.concatenate([*seen, numbers(states[:-1])], axis=1)
-            _multiply(given, self.onto_output, [record[part] for record in records])
-            self.state = states[-1]
-        if not rest and output.shape[1] == count:
-            return
-        tail = np.zeros((len(whole), 1, _BLOCK))  # the samples left over and the last point
-        tail[:, 0, :rest] = [signal[end:] for signal in signals]
-        pushed = (np.roll(tail, -rest, axis=2).reshape(-1) @ self.onto_state).view(z.dtype)
-        tail[0, 0, rest] = at_end
-        last = np.empty((len(rows), 1, _BLOCK))
-        given = np.concatenate([*tail, numbers(self.state[np.newaxis])], axis=1)
-        _multiply(given, self.onto_output, list(last))
-        for row, each in zip(rows, last, strict=True):
-            row[end:] = each[0, : output.shape[1] - end]
-        self.state = np.asarray(np.exp(rest * z) * self.state + pushed)
+        now, later = [last, last], [decay * last + first, decay * last]
+    return _Weights(np.stack(now[:count]), np.stack(later[:count]))
 
 
 class EvenMarch:
     """The response of relaxing or oscillating modes to a drive with pieces of equal duration, one part after the other.
 
-    Within a block the output is a triangular matrix of the impulse response times the samples, plus the free decay of
-    the recursion's states (``_Weights``) from the beginning of the block.
+    The state of a slow mode in the recursion is ``x - last v``, that of a fast one its lag ``x - v``: ``x - share v``. Within a
+    block the output is a triangular matrix of the impulse response times the samples, plus the free decay of the states and of
+    the value before the block that they lack. Outputs that take the modes have values as samples, those that take lags rises.
     """
 
     def __init__(self, modes: Modes, drive: StraightDrive, state: Numbers) -> None:
-        self.drive, self.jumps, z = drive, drive.jumps(), modes.poles * drive.steps
-        given, drops = (modes, z, state, drive.starts[0]), self.jumps is not None
-        self.lagging = _Together(*given, lag=True, drops=drops) if np.any(modes.lag) else None
-        self.others = _Together(*given, lag=False, drops=drops)
+        self.drive, self.jumps = drive, drive.jumps()
+        z, drops = modes.poles * drive.steps, self.jumps is not None
+        fast = (-z.real > SLOW) & (np.any(modes.lag) and not np.iscomplexobj(z))
+        self.order, self.slow = np.argsort(fast, kind="stable"), int(np.count_nonzero(~fast))
+        self.z, gains = z[self.order], modes.gains[:, self.order]
+        last = hold_weights(self.z)[2]
+        self.share = np.where(fast[self.order], 1.0, last)
+        self.state = state[self.order] - self.share * drive.starts[0]
+        self.places = np.flatnonzero(modes.lag), np.flatnonzero(~modes.lag)
+        self.onto_output: list[Real] = []
+        for lag, places in zip((True, False), self.places, strict=True):
+            weights = _weights(self.z, drops=drops, lag=lag)
+            lacks = self.share - (1.0 if lag else last)
+            self.onto_output.append(
+                _onto_output(gains[places], modes.direct[places], weights, self.z, lacks, lag=lag)
+            )
+        self.onto_state = [
+            _onto_state(_weights(some, drops=drops, lag=lag), some, _BLOCK)
+            for some, lag in ((self.z[: self.slow], False), (self.z[self.slow :], True))
+        ]
 
     def through(self, part: slice, output: Real) -> Numbers:
         """Write the outputs at the beginnings of some pieces, those after the ones before, and return the states at their end.
 
         `output` (outputs, n), or (outputs, n + 1) with the last point.
         """
-        drive, at_end = self.drive, float(self.drive.ends[part.stop - 1])
-        if (lagging := self.lagging) is not None:
-            lagging.put_out(_signals(drive, self.jumps, part, lag=True), 0.0, output)
-            for place, direct in zip(lagging.places, lagging.direct, strict=True):
-                if direct:
-                    count = part.stop - part.start
-                    output[place, :count] += direct * drive.starts[part]
-                    output[place, count:] += direct * at_end
-        self.others.put_out(_signals(drive, self.jumps, part, lag=False), at_end, output)
-        return np.asarray(self.others.state + self.others.weights.shift * at_end)
+        values, at_end = self.drive.starts[part], float(self.drive.ends[part.stop - 1])
+        drops = [] if self.jumps is None else [self.jumps[part]]
+        rises = [self.drive.ends[part] - values] if self.places[0].size else []
+        signals = [*rises, *drops, values]
+        blocks, rest = divmod(values.size, _BLOCK)
+        end, length = blocks * _BLOCK, max(1, _HELD // max(1, self.z.size))
+        whole = [signal[:end].reshape(blocks, _BLOCK) for signal in signals]
+        for first in range(0, blocks, length):
+            some = slice(first, min(first + length, blocks))
+            seen = [signal[some] for signal in whole]
+            states = states_before(self._pushes(seen), _BLOCK * self.z, self.state)
+            self._put(seen, states[:-1], output[:, some.start * _BLOCK : some.stop * _BLOCK])
+            self.state = states[-1]
+        if rest or output.shape[1] > values.size:
+            tail = np.zeros((len(signals), 1, _BLOCK))  # the samples left over and the last point
+            tail[:, 0, :rest] = [signal[end:] for signal in signals]
+            pushed = self._pushes(list(np.roll(tail, -rest, axis=2)))[0]
+            tail[-1, 0, rest] = at_end
+            last = np.empty((len(output), _BLOCK))
+            self._put(list(tail), self.state[np.newaxis], last)
+            output[:, end:] = last[:, : output.shape[1] - end]
+            self.state = np.asarray(np.exp(rest * self.z) * self.state + pushed)
+        states = np.empty_like(self.state)
+        states[self.order] = self.state + self.share * at_end
+        return states
+
+    def _pushes(self, seen: Sequence[Real]) -> Numbers:
+        """Return the increments of the states in every block: by its values of slow ones, by its rises of fast ones."""
+        slow, fast = self.onto_state
+        if not self.places[0].size:
+            return _pushes(seen[::-1], slow).view(self.z.dtype)
+        both = [_pushes(seen[:0:-1], slow), _pushes(seen[:-1], fast)]
+        return np.concatenate(both, axis=1).view(self.z.dtype)
+
+    def _put(self, seen: Sequence[Real], states: Numbers, output: Real) -> None:
+        """Write the outputs in blocks, (outputs, blocks * samples), from the states before each."""
+        *others, values = seen
+        drops = others[-1:] if self.jumps is not None else []
+        before = sum((each[:, :1] for each in drops), values[:, :1])
+        given = np.concatenate([*others, numbers(states), before, values], axis=1)
+        theirs = given[:, :-_BLOCK], given[:, _BLOCK if self.places[0].size else 0 :]
+        for places, weights, own in zip(self.places, self.onto_output, theirs, strict=True):
+            _multiply(own, weights, [output[place].reshape(len(given), _BLOCK) for place in places])
 
 
 def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
@@ -144,11 +137,11 @@ def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indi
     """
     z, jumps = modes.poles * drive.steps, drive.jumps()
     block = _LONG if len(places) * _LONG > drive.starts.size else 4 * _LONG
-    weights = _weights(z, drops=jumps is not None)
+    weights, last = _weights(z, drops=jumps is not None), hold_weights(z)[2]
     onto_state, blocks = _onto_state(weights, z, block), drive.starts.size // block
-    signals = _signals(drive, jumps, slice(None), lag=False)
+    signals = [drive.starts] if jumps is None else [drive.starts, jumps]
     whole = [signal[: blocks * block].reshape(blocks, block) for signal in signals]
-    states = _states_before_blocks(whole, onto_state, z, state - weights.shift * drive.starts[0])
+    states = _states_before_blocks(whole, onto_state, z, state - last * drive.starts[0])
     at, since = np.divmod(places, block)
     found = np.exp(since[:, np.newaxis] * z) * states[at]
     many = max(1, _HELD // block)
@@ -165,23 +158,33 @@ def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indi
     for signal, now in zip(signals[1:], weights.now[1:], strict=True):  # the drop at a point itself
         found += np.where(is_end, 0.0, signal[inside])[:, np.newaxis] * now
     level = np.where(is_end, drive.ends[-1], drive.starts[inside])
-    return np.asarray((found + level[:, np.newaxis] * weights.shift).T)
+    return np.asarray((found + level[:, np.newaxis] * last).T)
 
 
-def _onto_output(gains: Numbers, direct: Real, inputs: _Weights, z: Numbers) -> Real:
-    """Return the weights of the samples of a block and of the state before it in the outputs of the block.
+def _onto_output(
+    gains: Numbers, direct: Real, weights: _Weights, z: Numbers, lacks: Numbers, *, lag: bool
+) -> Real:
+    """Return the weights in the outputs of a block, (outputs, numbers, block).
 
-    Returns `weights` (outputs, signals * block + numbers, block): upper triangles of the impulse responses, then the free
-    decay of every mode. A mode with a real pole is one number; with a complex pole it is two, real part and imaginary
-    part, so that every product is one of real numbers.
+    They are those of rises, drops, states and the value before the block where outputs take lags, else of drops, states, value
+    before the block and values: upper triangles of the impulse responses, and the free decay of every mode. A mode with a real
+    pole is one number; with a complex pole it is two, real part and imaginary part, so that every product is one of real
+    numbers. `lacks` (poles,) is the share of the value before the block that a mode, or its lag, has beyond the state.
     """
-    responses = np.einsum("ok,snk->osn", gains, _responses(inputs, z, _BLOCK - 1)).real
-    responses[:, 0, 0] += direct + (gains @ inputs.shift).real
-    since = np.arange(_BLOCK) - np.arange(_BLOCK)[:, np.newaxis]
-    triangles = np.where(since >= 0, responses[:, :, np.maximum(since, 0)], 0.0)
+    responses = np.einsum("ok,snk->osn", gains, _responses(weights, z, _BLOCK - 1)).real
     decays = np.exp(np.multiply.outer(np.arange(_BLOCK), z))
     free = numbers(np.conj(gains[:, np.newaxis] * decays)).swapaxes(1, 2)
-    return np.concatenate([triangles.reshape(len(gains), len(inputs.now) * _BLOCK, _BLOCK), free], axis=1)
+    before = (gains @ (lacks * decays).T).real[:, np.newaxis]
+    if lag:  # the value is that before the block with the rises and without the drops since then
+        responses[:, 0, 1:] += direct[:, np.newaxis]
+        responses[:, 1:] -= direct[:, np.newaxis, np.newaxis]
+        before += direct[:, np.newaxis, np.newaxis]
+    else:
+        responses[:, 0, 0] += direct
+    since = np.arange(_BLOCK) - np.arange(_BLOCK)[:, np.newaxis]
+    triangles = np.where(since >= 0, responses[:, :, np.maximum(since, 0)], 0.0).swapaxes(0, 1)
+    parts = [*triangles[1:], free, before]
+    return np.concatenate([triangles[0], *parts] if lag else [*parts, triangles[0]], axis=1)
 
 
 def _onto_state(inputs: _Weights, z: Numbers, block: int) -> Real:

@@ -6,6 +6,7 @@ from bisect import bisect_left
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from electrovib.solve.recursion.blocks import PRODUCT, numbers, states_before
 from electrovib.solve.recursion.compiling import is_compiled
@@ -23,6 +24,16 @@ _OUTLIER: Final = 4.0
 """Ratio to the mean step above which a step is not a usual one."""
 FORGOTTEN: Final = 45.0
 """Rate times time after which a mode has decayed below rounding."""
+_WINDOW: Final = 256
+"""Pieces before a point at which all states are asked for, in which the fastest of them are followed."""
+_SPAN: Final = 256
+"""Pieces in an interval at whose end the states of many slow modes follow from those of a few."""
+_LEAST: Final = 64
+"""Least mean number of pieces in these intervals for which that saves work."""
+_REACH: Final = 0.5
+"""Largest rate of the slow modes times the longest interval."""
+_RATES: Final = 10
+"""Number of rates from which they follow: the error is 2 (_REACH / 4)^10 / 10!, below rounding."""
 _FEWEST: Final = 4
 """Least number of outputs for which the states are held together."""
 _GRADED: Final = 1e-4
@@ -47,7 +58,7 @@ class UnevenMarch:
     """The response of relaxing or oscillating modes to a drive with pieces of unequal duration, one part after the other."""
 
     def __init__(self, modes: Modes, drive: StraightDrive, state: Numbers) -> None:
-        self.drive, self.plan = drive, _plan(modes, drive)
+        self.drive, self.plan = drive, _plan(modes.poles, drive)
         gains, self.lag = modes.gains[:, self.plan.order], np.arange(self.plan.poles.size) >= self.plan.slow
         lagging = self.lag - modes.lag[:, np.newaxis].astype(float)
         self.level = modes.direct + (gains.real * lagging).sum(axis=1)
@@ -75,13 +86,44 @@ class UnevenMarch:
 
 
 def uneven_states(
-    modes: Modes, drive: StraightDrive, state: Numbers, places: Indices, record: int = 0
+    poles: Numbers, drive: StraightDrive, state: Numbers, places: Indices, record: int = 0
 ) -> Numbers:
     """Return the states at some points of a drive with pieces of unequal duration, part of a record of so many pieces.
 
     `places` (n,) in rising order; returns `states` (poles, n).
+
+    From rest a state at the end of an interval is the rate times the integral of exp(-rate t) v, t being the time until that
+    end. For all modes that relax little within an interval this integral is a polynomial of the rate to rounding: many of them
+    follow from a few rates.
     """
-    plan, inside = _plan(modes, drive, record), np.minimum(places, drive.starts.size - 1)
+    marks = np.unique(np.append(np.arange(0, places[-1], _SPAN), places))
+    spans = np.add.reduceat(drive.steps[: marks[-1]], marks[:-1])
+    longest = _REACH / float(np.max(spans, initial=0.0) or 1.0)
+    slow = -poles.real <= longest
+    worth = np.count_nonzero(slow) > 2 * _RATES and len(marks) * _LEAST < places[-1]
+    if not worth or np.iscomplexobj(poles):
+        return _states(poles, drive, state, places, record)
+    rates, nodes = -poles[slow], chebpts1(_RATES)
+    few = longest * (1 + nodes) / 2
+    begin = np.append(np.zeros(_RATES), state[~slow])
+    reached = _states(np.append(-few, poles[~slow]), drive, begin, marks, record)
+    grown = reached[:_RATES, 1:] - np.exp(-np.outer(few, spans)) * reached[:_RATES, :-1]
+    between = np.linalg.solve(_powers(nodes).T, _powers(2 * rates / longest - 1).T)
+    pushes = np.einsum("km,kr->mr", grown / few[:, np.newaxis], between * rates)
+    found, at = np.empty((len(poles), len(places))), np.searchsorted(marks, places)
+    found[~slow] = reached[_RATES:, at]
+    found[slow] = states_before(pushes, -np.outer(spans, rates), state[slow])[at].T
+    return found
+
+
+def _powers(at: Real) -> Real:
+    """Return the Chebyshev polynomials at some numbers (n,), (n, _RATES)."""
+    return chebvander(at, _RATES - 1)
+
+
+def _states(poles: Numbers, drive: StraightDrive, state: Numbers, places: Indices, record: int) -> Numbers:
+    """Return the states at some points (n,) in rising order, each mode by itself, (poles, n)."""
+    plan, inside = _plan(poles, drive, record), np.minimum(places, drive.starts.size - 1)
     found = np.empty((len(places), plan.poles.size), state.dtype)
     begin = state[plan.order]
     begin[plan.slow :] -= drive.starts[0]
@@ -95,13 +137,13 @@ def uneven_states(
     return found.T
 
 
-def _plan(modes: Modes, drive: StraightDrive, record: int = 0) -> _Plan:
+def _plan(poles: Numbers, drive: StraightDrive, record: int = 0) -> _Plan:
     """Order the modes by what they relax in the longest usual step.
 
     A drive with graded steps may be very large for a short time; the lag of a mode behind it would be rounded by the size of
     the drive, so that the states of all modes are advanced.
     """
-    poles, shortest = modes.poles, float(np.min(drive.steps))
+    shortest = float(np.min(drive.steps))
     lasting = shortest or float(np.min(drive.steps[drive.steps > 0]))
     longest = float(np.max(drive.steps))
     usual = min(longest, _OUTLIER * float(np.mean(drive.steps)))
@@ -139,7 +181,11 @@ def _followed(
     # the product with the gains stays on one thread, and the states in the second-level cache
     length = max(1, PRODUCT // max(1, numbers(rates).size * max(_FEWEST, outputs)))
     begins = np.arange(within.start, within.stop, length)
-    ends, counts = np.minimum(begins + length, within.stop), np.full(len(begins), modes)
+    if places is not None:
+        apart = np.diff(places) > _WINDOW
+        windows = places[np.append(True, apart)] - _WINDOW, places[np.append(apart, True)] + 1
+        begins = np.unique(np.concatenate([begins, *windows]).clip(within.start, within.stop - 1))
+    ends, counts = np.append(begins[1:], within.stop), np.full(len(begins), modes)
     if places is not None:
         after = places[np.minimum(np.searchsorted(places, begins), len(places) - 1)] - ends
         with np.errstate(divide="ignore"):
