@@ -189,7 +189,7 @@ def answers(members: Sequence[Scenario], names: Sequence[Named]) -> Iterator[Qua
         own = found.get(place)
         if own is None:
             before[rest] = expanded = solved(member, before=before.pop(rest, None))
-            if place not in found and is_of_tones(member):
+            if names and place not in found and is_of_tones(member):
                 left = (each for each in groups[rest] if each not in found)
                 found |= _together(expanded, {each: members[each] for each in left}, names)
                 own = found.get(place)
