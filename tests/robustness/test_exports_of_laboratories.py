@@ -83,6 +83,7 @@ def test_values_and_times_are_those_that_were_written(tmp_path, name):
     [
         ("Time (s),Load (MN),U (V)", {"normal_force": "Load (MN)"}, "states no unit"),
         ("Time (s),Force,U (MV)", {"drive_voltage": "U (MV)"}, "states no unit"),
+        ("Time,Force,U\nS,MN,KV", {"lateral_force": "Force"}, "states no unit"),
         ("Time (s) x10^-3,Force (N),U (V)", {"lateral_force": "Force"}, "states no unit for 'Time"),
         ("Time (s),Force (N) x1e-3,U (V)", {"lateral_force": "Force (N) x1e-3"}, r"'Force \(N\) x1e-3 \[UNIT\]'"),
         ("Time (s),load_g,U (V)", {"lateral_force": "load_g"}, r"'load_g \[gf\]'"),

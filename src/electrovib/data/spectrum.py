@@ -314,12 +314,8 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
 
 def _no_spectrum(recorded: Recorded, why: str) -> InputError:
     listed = ", ".join(f"'{each.name}'" for each in recorded.channels)
-    likely = (each.name for each in recorded.channels if each.name != recorded.time and not each.unit)
-    first = next(likely, "COLUMN")
-    return InputError(
-        f"columns: {why}; the file has {listed}. State what they are, for instance columns = frequency: '{first}'"
-        f" (--column frequency='{first}')"
-    )
+    how = "state what they are, such as frequency: 'COLUMN' (--column frequency=COLUMN)"
+    return InputError(f"columns: {why}; the file has {listed}; {how}")
 
 
 def _kind(channel: DataColumn) -> str:

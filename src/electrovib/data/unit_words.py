@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 _ANGLE: Final = re.compile(r"rad|deg|°|turn|rev|rpm|cycle")
 _LONGEST_HEADING: Final = 200
-_BRACKETS: Final = re.compile(r"(.*?)(\s*[\[({<])\s*([^\])}>]*?)\s*[\])}>]\s*")
+_BRACKETS: Final = re.compile(r"(.*?)(\s*[\[({<])\s*(?!M[VAN][\])])([^\])}>]*?)\s*[\])}>](?:-data)?\s*")
+"""Heading with a unit that is not MV, MA or MN; impedance analysers of Keysight write ``|Z|(Ohm)-data``."""
 _OF_A_NODE: Final = {"v": "V", "i": "A"}
 """Names before brackets directly behind them that hold a node of a circuit, if not their own unit: ``V(a)``, ``I(R1)``."""
 _LIKE_A_UNIT: Final = re.compile(
-    r"(deg(ree)?s?[ .]?|°)[CFK]|[CFK]|%.{0,8}|counts?|a\.?u\.?|bits?|[mk]?bar|psi|mmHg|[munµ]?V ?(rms|pp|p|ac|dc)"
-    r"|[munµ]?A ?(rms|pp|p|ac|dc)|dB\w?|[^\W\d_]{1,6}[ .*·⋅-]?[^\W\d_]{0,5}[ ]?[/^*·⋅²³].*|[munµkM]?N[ .]?m",
-    re.IGNORECASE,
+    r"(?i)(deg(ree)?s?[ .]?|°)[CFK]|[CFK]|%.{0,8}|counts?|a\.?u\.?|bits?|[mk]?bar|psi|mmHg|[munµ]?V ?(rms|pp|p|ac|dc)"
+    r"|[munµ]?A ?(rms|pp|p|ac|dc)|dB\w?|[^\W\d_]{1,6}[ .*·⋅-]?[^\W\d_]{0,5}[ ]?[/^*·⋅²³].*|[munµkM]?N[ .]?m"
 )
 """Units that are none of electrovib, and remain as written."""
 _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
@@ -58,8 +58,6 @@ UNITS: Final = {
 }  # fmt: skip
 """Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
 _WITH_PREFIX: Final = re.compile(r"[pnumkMG]?(V|A|Hz|N|ohm|Ω|F|Pa|W)|[pnum]?s|[numck]?m|min")
-_MEGA_OR_MILLI: Final = re.compile(r"M[VAN]")
-"""Units that instruments with capitals alone write for mV, mA and mN, and that none of them measures; the unit is asked for."""
 _POWER: Final = re.compile(
     r"[x×*·]? ?(?:1[eE]|10 ?\^|10\*\*|10(?=[-+\u2212]))\(?([-+\u2212]?\d{1,2})\)? ?[x×*·]? ?(V|A|N|s|m|F|Pa|ohm|W)"
 )
@@ -106,16 +104,13 @@ def name_and_known_unit(heading: str) -> tuple[str, str]:
 def name_and_unit(heading: str) -> tuple[str, str]:
     """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``; a unit that is not known stays as written."""
     heading = heading[:_LONGEST_HEADING]
-    if heading.endswith(")-data"):  # of impedance analysers of Keysight, as in '|Z|(Ohm)-data'
-        heading = heading.removesuffix("-data")
     if found := _PARTS_OF_ZPLOT.fullmatch(heading):
         return found[1], "ohm"
     if (found := _BRACKETS.fullmatch(heading)) and _is_unit(*found.group(1, 2, 3)):
         name, _, unit = found.groups()
         siemens = _SIEMENS.fullmatch(unit) and not _TIMES.match(name)
         known = unit if siemens else as_unit(unit)
-        is_open = bool(_MEGA_OR_MILLI.fullmatch(unit))
-        return heading if is_open else name or heading, unit if known is None else known
+        return name or heading, unit if known is None else known
     if heading.startswith("in ") and as_unit(heading[3:]):  # as Rohde & Schwarz write the time
         return "time", as_unit(heading[3:]) or ""
     if found := next(filter(None, (form.fullmatch(heading) for form in _AT_THE_END)), None):
@@ -140,8 +135,8 @@ def _is_unit(name: str, opening: str, unit: str) -> bool:
 def as_unit(text: str) -> str | None:
     """Return the unit that a word stands for; None if it is no unit, and empty for a word such as ``"unknown"``."""
     text = unicodedata.normalize("NFKC", text).strip().replace("\u03bc", "u")
-    if _MEGA_OR_MILLI.fullmatch(text):
-        return ""
+    if text in ("MV", "MA", "MN"):
+        return ""  # instruments with capitals alone write mV, mA and mN so, and none measures megavolts
     if found := _POWER.fullmatch(text):
         text = _OF_POWER.get(found[1].replace("\u2212", "-").lstrip("+"), "?") + found[2]
     if _WITH_PREFIX.fullmatch(text):

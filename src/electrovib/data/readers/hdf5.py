@@ -47,15 +47,13 @@ _FILTERS: Final = {
 }  # fmt: skip
 """Filters by the numbers under which they are registered with the HDF Group."""
 _FACTOR: Final = re.compile(
-    r"gain|scal(e|ing)(_?factor)?|slope|multiplier|conversion(_?factor)?|y_?inc(rement)?|y_?mult|lsb|volts_?per_?\w+",
-    re.IGNORECASE,
+    r"(?i)gain|scale|scaling|slope|conversion|y_?inc(rement)?|y_?mult|lsb|volts_?per_?\w+"
 )
 """Attributes by which programs other than those of netCDF say what the stored numbers are to be multiplied by."""
 _ELSEWHERE: Final = "is a link to another place, which is not followed; copy its numbers into this file"
 _OUTSIDE: Final = "outside the valid range that the file states"
 _NOT_APPLIED: Final = (
-    "it is not applied to '{name}', whose unit is therefore left open; if the stored numbers are to be multiplied by it, state"
-    " the unit behind the name and the number as scale (--set scale.SIGNAL=NUMBER)"
+    "it is not applied to '{name}', whose unit is left open; state the unit, and the factor as scale"
 )
 _BLOCK: Final = 1 << 20
 _MOST_OBJECTS: Final = 2000
@@ -87,19 +85,13 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
     arrays = list(_arrays(contents(path)))
-    clocks = {name: dimension for name, *_, dimension, _, _ in arrays}
+    clocks = {name: dimension for name, *_, dimension, _ in arrays}
     found = table_of_arrays(path, [each[:3] for each in arrays], part=part, clocks=clocks)
-    outside = [
-        NotRead(name=f"{count} values of {name}", why=_OUTSIDE) for name, *_, count, _ in arrays if count
-    ]
-    factors = [
-        NotRead(name=factor, why=_NOT_APPLIED.format(name=name)) for name, *_, factor in arrays if factor
-    ]
-    return replace(found, not_read=(*found.not_read, *outside, *factors))
+    return replace(found, not_read=(*found.not_read, *(note for *_, notes in arrays for note in notes)))
 
 
-def _arrays(content: dict[Any, Any]) -> Iterator[tuple[str, str, NDArray[Any] | str, str, int, str]]:
-    """Iterate over name, unit and values of each variable, its first dimension, how many values are out of range, and a factor.
+def _arrays(content: dict[Any, Any]) -> Iterator[tuple[str, str, NDArray[Any] | str, str, list[NotRead]]]:
+    """Iterate over name, unit and values of each variable, its first dimension, and what of it is not read.
 
     Whole numbers with a factor that netCDF does not know are left as they are stored, without a unit.
     """
@@ -112,20 +104,17 @@ def _arrays(content: dict[Any, Any]) -> Iterator[tuple[str, str, NDArray[Any] | 
         raw = content.pop(("values", name), None)
         values, beyond = decoded(about, raw)
         factor = "" if raw is None or raw.dtype.kind not in "iu" else _factor(about)
-        unit = "" if factor else _TIMES.get(unit, unit)
-        yield label, unit, values, "".join(about["dims"][:1]), beyond, factor
+        notes = [NotRead(name=f"{beyond} values of {label}", why=_OUTSIDE)] if beyond else []
+        notes += [NotRead(name=factor, why=_NOT_APPLIED.format(name=label))] if factor else []
+        yield label, "" if factor else _TIMES.get(unit, unit), values, "".join(about["dims"][:1]), notes
 
 
 def _factor(about: Mapping[str, Any]) -> str:
     """Return the attribute that states a factor of a variable which is not applied, with its value; empty if there is none."""
-    stated = {**about.get("group", {}), **about["attributes"]}
-    numbers = {
-        name: value
-        for name, value in stated.items()
-        if isinstance(value, (int, float)) and value not in (0, 1)
-    }
-    found = next((name for name in numbers if _FACTOR.fullmatch(name) and name not in _PACKING), "")
-    return f"attribute {found} = {numbers[found]:.6g}" if found else ""
+    for name, value in {**about["group"], **about["attributes"]}.items():
+        if _FACTOR.fullmatch(name) and isinstance(value, (int, float)) and value not in (0, 1):
+            return f"attribute {name} = {value:.6g}"
+    return ""
 
 
 def decoded(about: Mapping[str, Any], raw: NDArray[Any] | None) -> tuple[NDArray[Any] | str, int]:

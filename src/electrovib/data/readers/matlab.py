@@ -35,7 +35,6 @@ _VERSION_4: Final = re.compile(rb"[\0-\x34]\0\0\0|\0\0[\x03-\x04].", re.DOTALL)
 """First number of a file of version 4: its order of bytes, and the type of its first array, in four decimal digits."""
 _CLASSES: Final = {"f8": "double", "f4": "single", "c16": "complex double", "c8": "complex single"}
 """Of whole numbers MATLAB's class is not known, since it packs doubles as such."""
-_OF_LABCHART: Final = {"data", "datastart", "dataend"}
 _HEADER: Final = 128
 _DEEPEST: Final = 6
 _MOST: Final = 5000
@@ -54,12 +53,9 @@ def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
 
 def _arrays(path: Path) -> list[tuple[str, str, NDArray[Any] | str]]:
     found = _read(path)
-    if _OF_LABCHART.issubset(found):
-        raise DataFileError(
-            "holds the channels of LabChart one behind the other in 'data'; export them from LabChart as text, or in MATLAB write"
-            " each into a variable of its own: a = data(datastart(1):dataend(1)).",
-            path=path,
-        )
+    if {"data", "datastart", "dataend"}.issubset(found):  # as LabChart exports
+        why = "holds channels one behind the other; write each into a variable: a = data(datastart(1):dataend(1))."
+        raise DataFileError(why, path=path)
     return [(name, "", value["why"] if isinstance(value, dict) else value.T) for name, value in found.items()]
 
 

@@ -31,7 +31,6 @@ _SETTINGS: Final = 0.1
 """Share of the rows below which the numbers of a further column are settings beside the first rows."""
 _NO_TABLE_ABOVE: Final = 3
 """Most lines above the rows of numbers that cannot hold another table: headings and two rows, and headings again."""
-_UNIT_COLUMN: Final = re.compile(r"units?|einheit", re.IGNORECASE)
 _MOST_IN_TURN: Final = 20
 """Most quantities of which a text has a row each in turn."""
 _LONG_PREAMBLE: Final = 20_000
@@ -127,22 +126,16 @@ def _left_out(layout: Layout) -> list[NotRead]:
         return []
     name = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
     said = next((cell for row in layout.faulty for cell in row if not layout.notation.is_number(cell)), "")
-    why = (
-        f"words in place of numbers, the first '{said[:40]}'"
-        if said
-        else "the number of samples of each column"
-    )
-    return [NotRead(name=name, why=why)]
+    why = f"words in place of numbers, the first '{said[:40]}'"
+    return [NotRead(name=name, why=why if said else "the number of samples of each column")]
 
 
 def _refuse_factors(path: Path, layout: Layout) -> None:
     """Refuse rows of factors or zeros above the numbers: whether they are applied already, the file does not tell."""
     for line in layout.statistics:
         name, *cells = [cell for cell in split(line, layout.delimiter) if cell]
-        if SCALING.fullmatch(name.rstrip(": ")) and {layout.notation.number(cell) for cell in cells} - {
-            0.0,
-            1.0,
-        }:
+        factors = {layout.notation.number(cell) for cell in cells} - {0.0, 1.0}
+        if factors and SCALING.fullmatch(name.rstrip(": ")):
             raise DataFileError(
                 f"'{line.strip()[:60]}' stands above the numbers, and the file does not tell whether they are multiplied by it"
                 " already; write the numbers in the units of the headings and remove this line.",
@@ -203,9 +196,8 @@ def _columns(
     if not numbers:
         raise DataFileError("holds no column of numbers.", path=path)
     layout = layout.with_columns(tuple(numbers))
-    beside = {place: unit for place in numbers if (unit := _unit_beside(layout, body, place + 1))}
     own = tuple(
-        units[place] or unit or beside.get(place, "")
+        units[place] or unit or _unit_beside(layout, body, place + 1)
         for place, unit in zip(numbers, layout.units, strict=True)
     )
     return dataclasses.replace(layout, units=own), numbers, not_read
@@ -229,9 +221,8 @@ def _refuse_turns(path: Path, name: str, words: Any) -> None:
 
 def _unit_beside(layout: Layout, body: Body, place: int) -> str:
     """Return the unit that a column called so states in all rows for the one before it, as Keithley writes readings."""
-    if place not in body.table.columns or not _UNIT_COLUMN.fullmatch(_called(layout, place)):
-        return ""
-    words = body.table[place].unique()
+    is_one = place in body.table.columns and _called(layout, place).lower() in ("unit", "units", "einheit")
+    words = body.table[place].unique() if is_one else []
     return (as_unit(str(words[0])) or "") if len(words) == 1 else ""
 
 
@@ -270,8 +261,7 @@ _HEAD: Final = re.compile(rb"\s*EXPLAIN\b")
 _SEGMENT: Final = re.compile(rb"^<(Segment\d{1,6})>\s*$", re.MULTILINE)
 _SPECTRUM: Final = "ZCURVE"
 _LABEL: Final = re.compile(
-    r"(step|segment|cycle|sweep|block|run|test|measurement)\W{0,3}(?:no|nr|number)?\W{0,3}(\d{1,6})\b",
-    re.IGNORECASE,
+    r"(?i)(step|segment|cycle|sweep|block|run|test|measurement)\W{0,3}(?:no|nr|number)?\W{0,3}(\d{1,6})\b"
 )
 """Line above a table that numbers it, such as ``Step No. 2``."""
 _MOST: Final = 1000

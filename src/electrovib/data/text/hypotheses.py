@@ -308,9 +308,8 @@ def _first(
 
 def _behind_counts(rows: Sequence[Sequence[str]], alike: Sequence[int], columns: tuple[int, ...]) -> int:
     """Return the first of the rows of numbers, or the second where the first says how many samples each column has."""
-    first, *behind = alike
-    counts = counts_samples([rows[first][place] for place in columns])
-    return behind[0] if counts and behind and all(rows[at][columns[0]] for at in behind) else first
+    counts = counts_samples([rows[alike[0]][place] for place in columns])
+    return alike[bool(counts and alike[1:] and all(rows[at][columns[0]] for at in alike[1:]))]
 
 
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:

@@ -34,18 +34,16 @@ _LONGEST_LINE: Final = 1_000_000
 _COMMENT: Final = ("#", "%")
 """Signs that stand alone before headings."""
 _SETTING: Final = re.compile(
-    r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
+    r"(?i)(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]"
 )
 """Beginning of the name of a setting of an oscilloscope, which is no heading."""
 STATISTICS: Final = re.compile(
-    r"(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
-    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*",
-    re.IGNORECASE,
+    r"(?i)(mean|max(imum)?|min(imum)?|average|avg|median|std\.?( ?dev\w*\.?)?|stdev\w*|standard deviation|sum|total|count|rms|"
+    r"variance|range|mittelwert|maximalwert|minimalwert|summe|standardabweichung|moyenne|p-?p|pk-?pk|n)\W*"
 )
 """Words that stand before a row of statistics."""
 SCALING: Final = re.compile(
-    r"(scale|scaling|calibration)( ?factors?)?|factor|multiplier|gain|slope|offset|(skalierungs|umrechnungs)?faktor",
-    re.IGNORECASE,
+    r"(?i)(scale|scaling)( ?factors?)?|factors?|multiplier|gain|slope|offset|\w*faktor"
 )
 """Words that stand before a row of factors or zeros, one for each column."""
 _SIGN: Final = re.compile(r"^#+\s*|^%+\s+(?=\S)")
@@ -61,9 +59,7 @@ _NAMED_ROW: Final = re.compile(r'"\d+"[^"]*$')
 _QUOTED: Final = re.compile(r'"([^"]*)"|([^\s"]+)')
 RULE: Final = re.compile(r"[#%\s]*[-=_*+|~]{3,}[-=_*+|~\s]*|BEGIN")
 """Line that divides headings from numbers."""
-_OF_ONE_COLUMN: Final = re.compile(
-    r"[#%\s]*(?:column|col|channel|field)\s*(\d+)\s*[:=]\s*(\S.*?)\s*", re.IGNORECASE
-)
+_OF_ONE_COLUMN: Final = re.compile(r"(?i)[#%\s]*(?:column|col|channel|field)\s*(\d+)\s*[:=]\s*(\S.*?)\s*")
 """Heading of one of the columns, which stand one below the other."""
 _WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
 WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
@@ -81,8 +77,7 @@ def as_utf8(path: Path, raw: bytes) -> bytes:
         try:
             raw.decode()
         except UnicodeDecodeError:  # instruments write the micro sign in Latin-1, Windows a dash beyond it
-            windows = raw.decode("cp1252", errors="replace")
-            raw = (raw.decode("latin-1") if "\ufffd" in windows else windows).encode()
+            raw = raw.decode("cp1252", errors="replace").encode()
         raw = raw.removeprefix("\ufeff".encode())
     raw = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in raw else raw
     if not _TWO_LINES.search(raw, 0, _NO_TEXT):
@@ -302,10 +297,10 @@ def _one_below_the_other(
 def is_statistic(row: Sequence[str], notation: Notation) -> bool:
     """Return whether a row states a statistic of the samples, such as ``Mean,1.5,2.5``, or a factor of each column."""
     filled = [cell for cell in row if cell]
-    if not filled or not any(map(notation.is_number, filled[1:])):
-        return False
-    of_columns = len(filled) > 2 and all(map(notation.is_number, filled[1:]))
-    return bool(STATISTICS.fullmatch(filled[0]) or (of_columns and SCALING.fullmatch(filled[0].rstrip(": "))))
+    numbers = [notation.is_number(cell) for cell in filled[1:]]
+    if STATISTICS.fullmatch("".join(filled[:1])):
+        return any(numbers)
+    return len(numbers) > 1 and all(numbers) and bool(SCALING.fullmatch(filled[0].rstrip(": ")))
 
 
 def _of_several_words(line: str, row: list[str], width: int, delimiter: str) -> list[str]:
@@ -349,13 +344,7 @@ def _faulty(
 
 def counts_samples(cells: Sequence[str]) -> bool:
     """Return whether a row states how many samples each column has: one whole number, and nothing below the time."""
-    return (
-        len(cells) > 2
-        and not cells[0]
-        and cells[1].isdigit()
-        and int(cells[1]) > 1
-        and len({*cells[1:]}) == 1
-    )
+    return len(cells) > 2 and not cells[0] and cells[1].isdigit() and len({*cells[1:]}) == 1
 
 
 def _names_and_units(rows: Sequence[list[str]], above: Sequence[int], columns: tuple[int, ...]) -> list[int]:
@@ -366,11 +355,11 @@ def _names_and_units(rows: Sequence[list[str]], above: Sequence[int], columns: t
             for at in (one, other)
         )
         for names, units, order in ((first, second, [one, other]), (second, first, [other, one])):
-            has_no_name = (
-                bool(units) and as_unit(units[0]) == "s" and not any(rows[order[0]][columns[0] :][:1])
-            )
+            if len(units) <= len(columns) / 2:
+                continue
+            has_no_name = as_unit(units[0]) == "s" and not any(rows[order[0]][columns[0] :][:1])
             if (
-                len(columns) / 2 < len(units) <= len(names) + has_no_name
+                len(units) <= len(names) + has_no_name
                 and _units(units)
                 and not any(as_unit(name) or _NO_NAME.match(name) for name in names)
             ):

@@ -37,14 +37,12 @@ _VAGUE: Final = frozenset({"resolution", "interval", "clock"})
 _TIMING: Final = _STEP | _START
 _SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
 """A second that is written as S, as some oscilloscopes do."""
-_PER_SECOND: Final = re.compile(r"(S(a|amples?)?|samples?|s)(/s(ec)?|ps)$")
+_PER_SECOND: Final = re.compile(r"(S(a|amples?)?|samples?|s)(/s(ec)?|ps)(?=, |$)")
 """Samples per second, with a prefix before them, as of a rate."""
 _LONGEST_SETTING: Final = 200
 _MOST_SETTINGS: Final = 200
 _NAMES: Final = frozenset({"tracename", "channeltitle", "channel title", "channel name", "channel names"})
-_UNITS: Final = frozenset({
-    "vertical units", "vunit", "y unit label", "units", "unit", "yunits", "unitname",
-})  # fmt: skip
+_UNITS: Final = frozenset({"vertical units", "vunit", "y unit label", "units", "unit", "yunits", "unitname"})
 _ACROSS: Final = ("horizontal units", "hunit", "xunits")
 _TIME_HEADINGS: Final = ("", "time", "t", "x_value", "x value")
 _CHANNEL: Final = re.compile(r"[A-Za-z]+\s?\d*\s*:\s*")
@@ -52,8 +50,7 @@ _COUNTS: Final = frozenset(
     {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
 )
 _TIMES: Final = re.compile(
-    r"(elapsed |trigger )?time(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source",
-    re.IGNORECASE,
+    r"(?i)(elapsed |trigger )?time(?![a-z]).*|t|zeit|temps|x-axis|x[_ ]?value'*|x|(milli|micro|nano)?seconds?\b.*|source"
 )
 _OF_A_STEP: Final = 0.01
 """Difference of two columns of the same times, in steps."""
@@ -76,10 +73,8 @@ def settings_of(layout: Layout) -> dict[str, str]:
             found.setdefault(
                 filled[0].rstrip(" :=")[:_LONGEST_SETTING], ", ".join(filled[1:])[:_LONGEST_SETTING]
             )
-    inside = (cell.partition("=") for row in layout.preamble[:_MOST_SETTINGS] for cell in row if "=" in cell)
-    for key, _, value in inside:  # of a heading such as 'tInc = 1e-6'
-        if _key_of(key) in _TIMING and _looks_like_number(value.strip()):
-            found.setdefault(key.strip(), value.strip())
+    inside = re.findall(r"(?:^|,)\s*([^,=]+?) ?= ?([^,=]+)", ",".join(itertools.chain(*layout.preamble)))
+    found = {key: value for key, value in inside if _key_of(key) in _TIMING} | found
     for above, below in itertools.pairwise(layout.preamble):
         pairs = zip(above, below, strict=False)
         found |= {
@@ -110,12 +105,12 @@ def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[dict[str, float
     return steps, start
 
 
-def _contradiction(steps: Mapping[str, float]) -> list[NotRead]:
+def _contradiction(steps: Mapping[str, float]) -> tuple[NotRead, ...]:
     """Name time steps of which one is not another, within 1 %."""
     if not steps or max(steps.values()) <= (1 + _OF_A_STEP) * min(steps.values()):
-        return []
+        return ()
     stated = ", ".join(f"{format_quantity(step, 's', digits=4)} by '{key}'" for key, step in steps.items())
-    return [NotRead(name="the time step", why=f"the file states {stated}; state the right one with step")]
+    return (NotRead(name="the time step", why=f"the file states {stated}; state the right one with step"),)
 
 
 def _seconds(value: str, unit: str, layout: Layout) -> float | None:
@@ -123,9 +118,7 @@ def _seconds(value: str, unit: str, layout: Layout) -> float | None:
 
 
 def _hertz(value: str, unit: str, layout: Layout) -> float | None:
-    first, *others = value.split(", ")
-    as_hertz = ", ".join(_PER_SECOND.sub("Hz", each) for each in (first, *others[:1]))
-    return _quantity(as_hertz, unit, "Hz", layout)
+    return _quantity(_PER_SECOND.sub("Hz", value), unit, "Hz", layout)
 
 
 def _quantity(value: str, unit: str, kind: str, layout: Layout) -> float | None:
@@ -183,9 +176,7 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
     doubt = _contradiction(steps)
     step = None if doubt or not steps else min(steps.values())
     channels = [_in_unit_of_time(each) for each in columns]
-    recorded = Recorded(
-        channels=tuple(channels), step=step, start=start, attributes=settings, not_read=tuple(doubt)
-    )
+    recorded = Recorded(channels=tuple(channels), step=step, start=start, attributes=settings, not_read=doubt)
     numbers_rows = is_index(layout, channels[0])
     if len(channels) > 1 and not any(FREQUENCY.match(each.name) for each in channels):
         times = _pairs(layout, channels) or [
@@ -259,14 +250,10 @@ def _are_equal(one: DataColumn, other: DataColumn) -> bool:
 def _of_another_zero(channel: DataColumn, first: DataColumn) -> list[NotRead]:
     """Say by how much the times behind a signal differ from those of the first column, if they do; which is right is open."""
     later = float(np.mean(_seconds_of(channel) - _seconds_of(first)))
-    if abs(later) <= _OF_A_STEP * np.ptp(_seconds_of(first)) / first.values.size:
-        return []
+    is_none = abs(later) <= _OF_A_STEP * np.ptp(_seconds_of(first)) / first.values.size
     words = f"{format_quantity(abs(later), 's', digits=4)} {'later' if later > 0 else 'earlier'}"
-    why = (
-        f"they are {words} than those of '{first.name}' in all rows, which the signals have; if those behind it were taken"
-        f" then, import them by themselves with time = '{channel.name}' (--set time=\"{channel.name}\")"
-    )
-    return [NotRead(name=f"times of '{channel.name}'", why=why)]
+    why = f"they are {words} than those of '{first.name}', which are taken; else state time='{channel.name}'"
+    return [] if is_none else [NotRead(name=f"times of '{channel.name}'", why=why)]
 
 
 def _keeps_pace(one: DataColumn, other: DataColumn) -> bool:
