@@ -180,3 +180,9 @@ def test_the_column_of_a_table_tells_the_form_of_its_loss(folder, monkeypatch, h
     said = refusal(read_part, Material, SKIN)
     assert "no column 'loss'" in said
     assert 'loss = { model = "..." } with Conductivity, LossFactor, LossTangent, Resistivity' in said
+
+
+def test_a_trace_holds_the_samples_of_its_record():
+    record = {"model": "Sampled", "time_samples": [0, 1e-3, 3.1e-3], "voltage_samples": [0.0, 1 / 3, 1 / 3]}
+    scenario = load(PAPER, changes={"drive": record})
+    assert scenario_of(ev.simulate(scenario)).drive == scenario.drive

@@ -10,8 +10,8 @@ from plain_recursion import march_loop
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Linear, cosine_and_sine
-from electrovib.solve.diagnostics import peaks
+from electrovib.physics.drive.parts import TOGETHER, Linear, Tones, cosine_and_sine
+from electrovib.solve.diagnostics import memory, peaks
 from electrovib.solve.diagnostics import probes as at_probes
 from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight
@@ -152,6 +152,22 @@ def test_a_tone_at_many_times_is_cosine_and_sine(jitter):
     phase = 2 * np.pi * 250 * times
     assert largest(cosine - np.cos(phase)) < 2e-12
     assert largest(sine - np.sin(phase)) < 2e-12
+
+
+def test_tones_at_very_many_times_are_those_at_each():
+    tones = Tones(np.array([0.0, 250.0]), np.array([3.0, 2 - 1j]))
+    times = np.linspace(0, 1, 2 * TOGETHER + 5)
+    each = [float(tones.value(np.array(moment))) for moment in times[:: TOGETHER // 2 - 1]]
+    assert largest(tones.value(times)[:: TOGETHER // 2 - 1] - each) < 1e-11
+    assert np.min(np.abs(tones.value(times))) > 0.5
+
+
+def test_the_probes_are_judged_times():
+    judged = np.ones(50_000, bool)
+    judged[[0, 7, 300]] = False
+    probes = memory._probes_among(judged)
+    assert np.all(judged[probes])
+    assert probes[-1] == len(judged) - 1
 
 
 def test_few_long_pieces_at_very_many_uneven_times_are_what_each_time_says(monkeypatch):

@@ -118,7 +118,7 @@ def uneven_states(
 
 def _powers(at: Real) -> Real:
     """Return the Chebyshev polynomials at some numbers (n,), (n, _RATES)."""
-    return chebvander(at, _RATES - 1)
+    return np.asarray(chebvander(at, _RATES - 1), np.float64)
 
 
 def _states(poles: Numbers, drive: StraightDrive, state: Numbers, places: Indices, record: int) -> Numbers:
