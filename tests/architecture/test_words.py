@@ -63,9 +63,17 @@ def test_the_table_has_the_words_that_were_replaced():
     assert known <= set(words)
 
 
+@cache
+def whole():
+    """All lines as one text, in which a word is found much sooner."""
+    return "\n".join(line for _, line in lines())
+
+
 @pytest.mark.parametrize("word", former_words())
 def test_a_replaced_word_stands_nowhere(word):
     wanted = pattern(word)
+    if not wanted.search(whole()):
+        return
     found = [f"{where}: {line.strip()}" for where, line in lines() if wanted.search(line)]
     assert not found, "\n".join(found)
 

@@ -338,7 +338,9 @@ def test_a_folder_holds_the_page_and_all_files(found, written, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["Swipes", "MaterialComparison"])
-def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(name, tmp_path):
+def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_force_replaces(
+    name, tmp_path, blank
+):
     """The main figure of the one is its first, that of the other its last."""
     found = answer(name)
     folder = tmp_path / "answer"
@@ -352,7 +354,8 @@ def test_a_page_and_the_main_figure_alone_are_those_of_the_folder_which_only_for
     with pytest.raises(InputError, match=r"report\.html: exists already and is no HTML page"):
         ev.save(found, folder)
     assert {path: path.read_bytes() for path in written} == before
-    ev.save(found, folder, force=True)
+    with blank():
+        ev.save(found, folder, force=True)
     assert is_ours(folder / "report.html", Form.PAGE)
 
 

@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 import tomlkit
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
@@ -94,6 +94,7 @@ def test_drawn_models_round_trip(material_class, drawn, data):
 
 
 @given(data=st.data())
+@settings(max_examples=25)
 def test_exact_text_reads_back_to_the_same_model(drive_class, drawn, data):
     model = data.draw(drawn(drive_class))
     given = [

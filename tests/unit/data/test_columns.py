@@ -16,7 +16,6 @@ from electrovib.data.registry import read_columns, read_recorded
 
 pytestmark = pytest.mark.usefixtures("forked")
 
-ROOT = Path(__file__).parents[3]
 WANTED = {"time": ("time", "s"), "volts": ("voltage", "V")}
 BY_NUMBER = {"time": (0, "us"), "volts": (1, "V")}
 TIME, VOLTAGE = [0.0, 77e-6, 156e-6], [1.0, -2.5, 3e2]

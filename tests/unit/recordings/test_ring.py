@@ -271,6 +271,7 @@ def test_the_next_impact_ends_an_oscillation():
         assert each.parameters["quality"].value == pytest.approx(12.0, rel=0.05)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_command_answers_for_a_record_without_edges(tmp_path):
     trace, struck = cell(np.random.default_rng(6), frequency=380.0, quality=8.0, impacts=2, length=2.0)
     trace.to_netcdf(tmp_path / "cell.nc")

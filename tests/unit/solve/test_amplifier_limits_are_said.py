@@ -15,7 +15,6 @@ PULSE = {"model": "Trapezium", "high": 100.0, "rise": 1e-5, "hold": 1e-3, "fall"
 SLOW = {"source_current": 100e-6, "stray_capacitance": 10e-9}
 LEAK = {"model": "FieldConduction", "conductivity": 1e-9, "onset_field": 1e6}
 TREMBLING = {"model": "TremblingDistance", "mean": 1e-5, "amplitude": 1e-6, "frequency": 10.0}
-GAP = {"stack.gap": {"thickness": 3e-6, "leak": LEAK}}
 
 
 def scenario(amplifier, **changes):
@@ -83,6 +82,7 @@ def test_a_prescribed_current_passes_no_voltage_amplifier():
     assert not [each for each in validity(scenario(SLOW, drive=sine)) if each.name == "amplifier"]
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_it_is_said_at_every_door(tmp_path):
     limited, words = scenario(SLOW), "V of the 100 V that the drive asks for"
     file, page, table = (tmp_path / name for name in ("limited.toml", "page.html", "table.csv"))

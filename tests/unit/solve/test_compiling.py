@@ -19,13 +19,13 @@ bristles = {"model": "LuGre", "steady": steady, "stiffness": "50 kN/m", "static_
 motion = {"speed": "10 mm/s", "time_profile": {"model": "Press", "rise": "5 ms"}}
 given = {"finger": finger, "friction": bristles, "motion": motion, "force.model": "MaxwellStressInGap"}
 scenario = ev.load("vezzoli_2014/fig6_static").replace(given)
-found = ev.simulate(scenario, time=np.linspace(0, 0.002, 51)).lateral_force.values
+found = ev.simulate(scenario, time=np.linspace(0, 0.001, 51)).lateral_force.values
 """
 UNEVEN = """
 import numpy as np
 from electrovib.solve.recursion import march
 some = np.random.default_rng(1)
-steps, drive, poles = some.uniform(0.5, 1.5, 30_000), some.normal(size=30_001), -np.geomspace(1e-4, 1e3, 40)
+steps, drive, poles = some.uniform(0.5, 1.5, 10_000), some.normal(size=10_001), -np.geomspace(1e-4, 1e3, 40)
 found = march(poles, np.ones((1, 40)), [0.0], drive[:-1], drive[1:], steps, np.zeros(40))[0][0, ::100]
 """
 PROGRAMS = {"bristles": STICK_SLIP, "uneven record": UNEVEN}

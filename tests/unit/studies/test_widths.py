@@ -1,6 +1,5 @@
 """Widths of answers about people at every door: which are named, which are not included and why, and where they are recorded."""
 
-import functools
 import json
 import math
 
@@ -22,18 +21,9 @@ def by_name(found):
     return {each.name: each for each in found.widths}
 
 
-@functools.cache
-def designed():
-    """Return the drive at which the level of the unchanged scenario is just felt."""
-    return level()
-
-
-def level(**changes):
-    return ev.find_value(SINE, want=LEVEL, free=VOLTS, set=changes or None)
-
-
 def test_a_level_of_one_finger_is_designed_at_the_ends_of_the_thresholds_and_of_the_law():
-    found, names = designed(), by_name(designed())
+    found = ev.find_value(SINE, want=LEVEL, free=VOLTS)
+    names = by_name(found)
     percept = ev.perceive(SINE, set={VOLTS: found.value})
     ends = [found.value * 10 ** (sign * percept.uncertainty / 40) for sign in (-1, 1)]
     assert names[widths.THRESHOLDS].interval == pytest.approx(ends, rel=1e-6)
@@ -41,9 +31,10 @@ def test_a_level_of_one_finger_is_designed_at_the_ends_of_the_thresholds_and_of_
     assert names[widths.LAW].interval == pytest.approx((found.value / root, found.value * root), rel=1e-6)
     assert names[widths.TOGETHER].interval == pytest.approx((ends[0] / root, ends[1] * root), rel=1e-6)
     assert [each.name for each in found.widths if each.interval is None] == [widths.SAMPLING, widths.PEOPLE]
-    for which, end in (("lowest", 1), ("highest", 0)):
-        wanted = ev.find_value(SINE, want=f"{which} {LEVEL}", free=VOLTS)
-        assert wanted.value == pytest.approx(ends[end], rel=1e-6)
+    levels = ["lowest detection level", "highest detection level"]
+    at_ends = ev.sweep(SINE, {VOLTS: ends[::-1]}, quantity=[*levels, "mean electrostatic_force"])
+    for place, name in enumerate(levels):  # 40 dB for ten times the voltage: 1e-6 of it
+        assert float(at_ends[name][place]) == pytest.approx(0, abs=1.7e-5)
 
 
 @pytest.mark.slow
@@ -70,9 +61,9 @@ def test_a_threshold_and_a_skin_of_ones_own_leave_their_uncertainty():
         "threshold_uncertainty": 6.0,
         "compliance": {"model": "ElasticSkin", "stiffness": 400.0},
     }
-    found = level(perception=own)
+    found = ev.perceive(SINE, set={"perception": own})
     low, high = by_name(found)[widths.THRESHOLDS].interval
-    assert (low, high) == pytest.approx([found.value * 10 ** (each / 40) for each in (-6, 6)], rel=1e-6)
+    assert (low, high) == pytest.approx([found.sensation + each for each in (-6, 6)], abs=1e-6)
     assert "the uncertainty of perception.threshold, common" in by_name(found)[widths.THRESHOLDS].sentence
 
 
@@ -102,7 +93,7 @@ def test_the_factor_of_a_law_stands_where_the_quantity_is_proportional_to_the_at
 
 def test_a_quantity_that_no_law_scales_says_that_this_is_not_included():
     found = ev.value_for_share(
-        SINE, want="peak lateral_force = 0.4 N", free=VOLTS, space="fingers", share=0.5, seed=1, n=30
+        SINE, want="peak lateral_force = 0.4 N", free=VOLTS, space="fingers", share=0.5, seed=1, n=20
     )
     (law,) = (each for each in found.widths if each.name == widths.LAW)
     assert law.interval is None

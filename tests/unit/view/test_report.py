@@ -150,6 +150,7 @@ def test_a_measurement_shows_what_there_is_and_its_text_stays_text(tmp_path, pag
     assert any("cannot be read by this version" in word for word in page.words)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     file = tmp_path / "film.toml"
     file.write_text(to_toml(scenario), encoding="utf-8")

@@ -96,6 +96,7 @@ def test_all_files_are_written_into_a_new_folder(tmp_path, paper, found):
     ET.parse(folder / "fig1.svg")
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_numbers_and_curves_are_written_as_they_are(tmp_path, found):
     """To the last bit; a curve with its band, its gaps, and names that hold a comma, also one that is not drawn."""
     twice = Curve(label="b", x=X, y=2 * X, drawn=False)
@@ -176,6 +177,7 @@ def test_the_page_fetches_nothing_and_names_the_files_of_what_it_shortens(folder
     assert read(folder, "sources.csv") == "source\nsomewhere\n"
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_what_it_wrote_is_replaced_and_what_it_did_not_write_is_kept(tmp_path, found):
     """The same reproduction gives the same bytes; other numbers replace the earlier ones."""
     found = replace(found, panels=found.panels[:1], equations={})

@@ -65,7 +65,7 @@ def test_what_is_taken_away_reads_back(content, shown, tmp_path):
     assert b"Vezzoli" in content["references.bib"]
 
 
-def test_a_trace_of_ours_names_its_signals_and_a_sweep_is_no_recording(content, scratch, tmp_path):
+def test_a_trace_of_ours_names_its_signals_and_a_sweep_is_no_recording(content, scratch, tmp_path, here):
     assert "electrostatic_force" in read_upload("trace.nc", content["trace.nc"]).trace
     found = ev.sweep(FIG6, {"drive.high": [100.0, 200.0]}, quantity=["peak electrostatic_force"])
     ev.save(found, tmp_path / "sweep.nc")

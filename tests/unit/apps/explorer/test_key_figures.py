@@ -147,7 +147,7 @@ def test_the_answers_follow_once_no_slider_has_moved_for_a_moment():
         assert told[1].check is one.further.check
         return one
 
-    Visit(actions)
+    Visit(actions, rest=sessions.REST)
 
 
 def test_the_result_before_a_change_stays_until_the_next_change(monkeypatch):

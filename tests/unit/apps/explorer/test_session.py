@@ -42,11 +42,19 @@ async def until(true):
 
 
 class Visit:
-    """Visitors of a server with threads for quick and for long work, and everything that they are shown."""
+    """Visitors of a server with threads for quick and for long work, and everything that they are shown.
 
-    def __init__(self, actions, *, quick=1, busy=bool):
+    The time for which no slider has moved before answers follow is short [s], where a test is not about it.
+    """
+
+    def __init__(self, actions, *, quick=1, busy=bool, rest=0.02):
         self.shown, self.complaints, self.busy = [], [], busy
-        with ThreadPoolExecutor(quick, "quick") as fast, ThreadPoolExecutor(1, "long") as patient:
+        with (
+            ThreadPoolExecutor(quick, "quick") as fast,
+            ThreadPoolExecutor(1, "long") as patient,
+            pytest.MonkeyPatch.context() as patch,
+        ):
+            patch.setattr(sessions, "REST", rest)
             self.workers = runner.Workers(fast, patient)
             self.found = asyncio.run(self.run(actions))
 

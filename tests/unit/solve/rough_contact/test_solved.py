@@ -85,7 +85,7 @@ def test_even_faces_attract_as_plates_and_touch_everywhere():
 def test_a_number_does_not_depend_on_what_was_asked_before():
     volts = np.array([3.0, 17.0])
     climbed, fresh = contact(), contact()
-    climbed.attraction(np.array([60.0]))
+    climbed.attraction(np.array([25.0]))
     assert climbed.attraction(volts) == pytest.approx(fresh.attraction(volts), rel=1e-12)
     assert len(climbed.rows) > len(fresh.rows)
 

@@ -351,9 +351,6 @@ def test_mistakes_in_a_target_are_named(target, words):
         read_target(target)
 
 
-INSULATOR = {"force": {"model": "MaxwellStressInInsulator"}}
-
-
 REFUSED = {
     "method": (FILM, "carier", {}, "carrier"),
     "carrier of none": (FILM, "dc", {"carrier": "1 kHz"}, "has no carrier"),
