@@ -179,7 +179,13 @@ def curves(svg):
     return [each for each in found if each.size > 40]
 
 
-@pytest.mark.parametrize("name", ["gap", "mechanism", "laws", "causality", "tutorial"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "mechanism",
+        *(pytest.param(each, marks=pytest.mark.slow) for each in ("gap", "laws", "causality", "tutorial")),
+    ],
+)
 def test_the_figures_of_the_repository_are_those_that_are_computed(name, computed):
     figures = importlib.import_module("figures")
     assert set(figures.FIGURES) == {file.stem for file in figures.FOLDER.glob("*")}
@@ -197,6 +203,7 @@ def pixels(svg):
     return [np.asarray(Image.open(BytesIO(base64.b64decode(each))).convert("RGB")) / 255 for each in coded]
 
 
+@pytest.mark.slow
 def test_the_maps_of_the_repository_are_those_that_are_computed_one_for_each_voltage_of_the_slider(computed):
     del computed  # that puts the parts of the build on the path
     figures = importlib.import_module("figures")

@@ -113,14 +113,14 @@ def test_every_command_is_tried():
     assert len(BLANK) > 100
 
 
-@pytest.mark.parametrize("value", ["", "  "])
 @pytest.mark.parametrize(("name", "option"), BLANK)
-def test_a_blank_value_is_refused_before_anything_is_done(said, tmp_path, name, option, value):
+def test_a_blank_value_is_refused_before_anything_is_done(said, tmp_path, name, option):
     before = sorted(tmp_path.iterdir())
-    code, words = said(typed(name, option, value))
-    assert code == 2, words
-    assert "is blank, as a variable is that is not set" in words or "Invalid value for" in words
-    assert sorted(tmp_path.iterdir()) == before
+    for value in ("", "  "):
+        code, words = said(typed(name, option, value))
+        assert code == 2, words
+        assert "is blank, as a variable is that is not set" in words or "Invalid value for" in words
+        assert sorted(tmp_path.iterdir()) == before
 
 
 NAMED = list(
@@ -132,9 +132,8 @@ NAMED = list(
     "suffix",
     [
         "",
-        ".toml",
         ".nc",
-        *(pytest.param(each, marks=pytest.mark.slow) for each in (".csv", ".html", ".py", ".zarr")),
+        *(pytest.param(each, marks=pytest.mark.slow) for each in (".toml", ".csv", ".html", ".py", ".zarr")),
     ],
 )
 @pytest.mark.parametrize(("name", "option"), NAMED)
@@ -268,7 +267,8 @@ HUGE = ["99999999", "1" + "0" * 24]
     ],
 )
 def test_no_count_is_beyond_a_sentence(said, line, count):
-    ev.save(ev.simulate(SCENARIO, signals=["lateral_force"]), "trace.nc")
+    if "trace.nc" in line:
+        ev.save(ev.simulate(SCENARIO, signals=["lateral_force"]), "trace.nc")
     words = line.replace("MEAN", "'mean electrostatic_force'")
     if "seed" in words[-6:] and count == HUGE[0]:
         return  # a seed like any other

@@ -250,6 +250,10 @@ def test_every_function_states_the_warning(name):
         assert told == ["warning"]
 
 
+TEXTS = ("preset", "text", "trace file")
+"""Forms in which other tests of each function give a scenario all the time."""
+
+
 def use(name, given):
     return READING[name](given) if name in READING else VALUES[name](DOORS[name](given))
 
@@ -271,7 +275,10 @@ def forms(tmp_path_factory):
         yield given | {"mapping": SCENARIO.to_dict()}
 
 
-@pytest.mark.parametrize("form", ["preset", "text", "path", "mapping", "trace", "trace file"])
+FORMS = ["mapping", "path", "trace", *(pytest.param(each, marks=pytest.mark.slow) for each in TEXTS)]
+
+
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", marked([*VALUES, *READING]))
 def test_a_scenario_is_taken_in_every_form(name, form, forms):
     np.testing.assert_array_equal(use(name, forms[form]), expected(name))
@@ -303,9 +310,13 @@ WRONG = {
 }
 REPEATED = ("run", "init", "plot.stack")
 """What takes a sweep: it is repeated, or written and drawn as what it began from."""
+ONE_READER = {"a number", "a list", "no such paper", "no such file", "no such Trace"}
+"""Refused by the one function that reads scenarios, as the others of their kind are."""
 
 
-@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize(
+    "wrong", [pytest.param(each, marks=pytest.mark.slow if each in ONE_READER else ()) for each in WRONG]
+)
 @pytest.mark.parametrize("name", [*VALUES, *READING])
 def test_anything_else_is_refused_in_one_sentence(name, wrong, tmp_path):
     given, words = WRONG[wrong]

@@ -27,7 +27,14 @@ TESTS = {
 }
 
 
-@pytest.mark.parametrize("name", [name for name, test in TESTS.items() if test.examples])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name == "report" else ())
+        for name, test in TESTS.items()
+        if test.examples
+    ],
+)
 def test_an_example_prints_what_stands_below_it(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     told = []

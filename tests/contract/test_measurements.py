@@ -1,5 +1,7 @@
 """Every declared measurement: a set-up that runs, units, sources of what is not printed, and how its numbers came here."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -12,10 +14,12 @@ from electrovib.studies.evidence.measurement import divisor, unit_of
 from electrovib.studies.evidence.predicted import candidates, predict
 
 MEASURED = measurements()
+FIRST = {re.sub(r"\d+", "", name): name for name in reversed(MEASURED)}.values()
+"""One measurement of those whose names differ in a number alone: the same set-up at other values."""
 
 
 @pytest.mark.parametrize("name", MEASURED)
-def test_a_measurement_can_be_predicted_and_says_where_it_is_from(name):
+def test_a_measurement_says_where_it_is_from_and_in_which_unit(name):
     each = MEASURED[name]
     assert each.title
     assert each.group
@@ -35,6 +39,13 @@ def test_a_measurement_can_be_predicted_and_says_where_it_is_from(name):
         assert all(table is None or table.get("source") or table.get("choice") for table in own.values())
     if each.unknown:
         assert set(read_space(each.scenario, {"space": dict(each.unknown)}).paths) == set(each.unknown)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=() if each in FIRST else pytest.mark.slow) for each in MEASURED]
+)
+def test_a_measurement_can_be_predicted(name):
+    each = MEASURED[name]
     found, refused = predict(each, n=2)
     assert found, f"no candidate predicts it: {refused}"
     assert len(found) + len(refused) == len(candidates(each))

@@ -78,7 +78,13 @@ def check(name, *layers):
     assert {signal: size for signal, size in found.items() if not size <= SAME} == {}
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name.endswith(("_positive", "_negative")) else ())
+        for name in SHIPPED
+    ],
+)
 def test_a_shipped_scenario_simulates_and_all_of_its_layers_in_two_change_no_signal(name):
     """Without a warning, which is an error here, and without a number that is not finite."""
     trace = whole(name)

@@ -83,7 +83,9 @@ def test_jittered_record_matches_the_plain_loop(tmp_path):
     assert same.drive == other.drive
 
 
-@pytest.mark.parametrize("name", ["square_300V_10Hz.npy", "square_300V_1kHz.npy"])
+@pytest.mark.parametrize(
+    "name", ["square_300V_1kHz.npy", pytest.param("square_300V_10Hz.npy", marks=pytest.mark.slow)]
+)
 def test_clutch_recording_matches_the_plain_loop(name):
     table = np.load(shared(name))
     trace = ev.simulate(load(shared(name), **ANTIPHASE))

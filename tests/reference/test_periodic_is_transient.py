@@ -122,7 +122,7 @@ def truncation(drive, harmonics, time):
 
 
 @pytest.mark.parametrize("drive", EDGES.values(), ids=EDGES)
-@pytest.mark.parametrize("harmonics", [256, 4096])
+@pytest.mark.parametrize("harmonics", [pytest.param(256, marks=pytest.mark.slow), 4096])
 def test_edges_to_the_stated_truncation(finger, shipped_material, drive, harmonics):
     section, _ = modes(film_on(finger, shipped_material, "grounded"))
     time = np.linspace(0, 2 / 60, 139)  # none on an edge but the ends

@@ -20,7 +20,7 @@ FLOOR, SWITCHED = 1e-5, 3e-5
 largest current, which they let go of with a plate that follows within 1 ns, 1.1e-5."""
 STATED = 3
 """Times the stated error, which a march gives for one field and not for its worst signal."""
-FEW, SHORT, LONG = 40, 260, 90
+FEW, SHORT, LONG = 20, 260, 90
 """How many of the short ones always, of the short ones and of the long ones with the slow tests."""
 PATH = re.compile(r"(stack|circuit|contact|motion|time|drive|force|load)(\.\w+|: | = )")
 

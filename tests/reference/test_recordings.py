@@ -94,7 +94,9 @@ def test_the_encoder_gives_the_sign_and_without_it_the_friction_is_the_same_with
     assert not any("rail" in word for word in (*found.remarks, *with_it.remarks))
 
 
-@pytest.mark.parametrize("name", ["square_300V_1kHz", "square_300V_10Hz"])
+@pytest.mark.parametrize(
+    "name", ["square_300V_1kHz", pytest.param("square_300V_10Hz", marks=pytest.mark.slow)]
+)
 def test_a_resonance_of_the_loaded_assembly_explains_the_release_of_a_clutch(name):
     record = ev.import_file(
         shared(f"clutch/{name}.npy"),

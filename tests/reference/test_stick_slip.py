@@ -288,7 +288,7 @@ def test_a_wrong_heat_is_noticed(monkeypatch):
     assert slide.energy_residual > 1000 * BALANCE
 
 
-@pytest.mark.parametrize("unit", [1e-3, 1e3])
+@pytest.mark.parametrize("unit", [1e-3, pytest.param(1e3, marks=pytest.mark.slow)])
 def test_nothing_depends_on_the_size(unit):
     """All forces, masses and stiffnesses times one number: the same motion."""
     times = np.linspace(0, 0.03, 61)

@@ -60,7 +60,13 @@ WEIGHTS = {"force": ON_FORCE, "both": BOTH_CHANNELS, "displacement": ON_DISPLACE
 
 
 @pytest.mark.parametrize("weight", WEIGHTS)
-@pytest.mark.parametrize("skin", conducting_skins())
+@pytest.mark.parametrize(
+    "skin",
+    [
+        pytest.param(name, marks=pytest.mark.slow if at % 3 else ())
+        for at, name in enumerate(conducting_skins())
+    ],
+)
 def test_a_slow_square_is_felt_at_a_lower_voltage_on_every_skin_that_conducts(skin, weight):
     """Direction of the paper's abstract at 15 and 30 Hz, with a body of 1 kohm; the size is not asked for."""
     material, edges = conducting_skins()[skin], (0.0, 200e-6) if weight == "both" else (0.0,)

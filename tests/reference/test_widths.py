@@ -82,7 +82,7 @@ def drawn(seed, count):
     return np.sort(ev.read_space(STATIC, SPACE).draw(seed, 0, count)[PATH])
 
 
-@pytest.mark.parametrize("seed", [5, 6])
+@pytest.mark.parametrize("seed", [5, pytest.param(6, marks=pytest.mark.slow)])
 def test_each_width_holds_what_it_names_and_all_together_hold_the_voltage_of_any_nature(seed):
     """Nature has some threshold, skin and law and all fingers; the answer knows published ends, a factor and twenty fingers."""
     found, random = of_people(seed), np.random.default_rng(seed)
@@ -118,6 +118,7 @@ def test_the_widths_of_a_share_of_which_no_finger_is_left_out_hold_in_95_of_100_
     assert 0.93 < held / 400 <= 1.0
 
 
+@pytest.mark.slow
 def test_a_share_contains_how_thresholds_differ_between_people_where_the_space_draws_them():
     spread = {"model": "LogNormal", "median": 1e-7, "factor": 2.0}
     person = {
@@ -140,6 +141,7 @@ def test_a_share_contains_how_thresholds_differ_between_people_where_the_space_d
     assert widths.PEOPLE not in by_name(found)
 
 
+@pytest.mark.slow
 def test_the_intervals_of_a_study_are_order_statistics_and_hold_the_exact_percentiles():
     """Of 60 samples of 100 fingers, at the 90th percentile of the force: at least 95 % less the deviation of the count."""
     held, signal = 0, "electrostatic_force"

@@ -6,27 +6,30 @@ SHORT = "vezzoli_2014/fig6 --set time.samples=21"
 LIMITED = "--set limits.voltage='1 kV' --set limits.current='250 uA'"
 LINES = [
     "run vezzoli_2014/fig6 --set time.samples=21",
+    "check vezzoli_2014/fig6",
+    "fit vezzoli_2014/fig6 t.nc --free friction.coefficient --noise 'lateral_force=5 mN'",
+    f"drive-for-force {SHORT} --target 'sine 50 Hz 1 mN' --method carrier --carrier '3 kHz' {LIMITED}",
+    "plan-plate bau_2010/sine --over stack.insulator.thickness=1um:20um:2log --materials silica",
+    'texture-drive vezzoli_2014/fig6 --texture \'{ model = "Grating", period = "2 mm", amplitude = "1 mN" }\' --path \'30 mm/s\''
+    f" --carrier '3 kHz' {LIMITED}",
+]
+LONGER = [
     "run vezzoli_2014/fig6 --over drive.high=100V:1kV:3",
     "compare vezzoli_2014/fig6 --models Vezzoli2014Causal,MaxwellStressInInsulator",
     "compare bau_2010/sine --materials silica,pet",
-    "check vezzoli_2014/fig6",
     "report t.nc",
     "times t.nc --quantity drive_voltage",
-    "fit vezzoli_2014/fig6 t.nc --free friction.coefficient --noise 'lateral_force=5 mN'",
     "study vezzoli_2014/fig6 --space fingers -n 20 --seed 1 -o s.zarr",
     "study vezzoli_2014/fig6 --space fingers -n 8 --seed 1 --sensitivity --quantity 'peak electrostatic_force'",
     "evidence vezzoli -n 4",
     f"find-value {SHORT} --want 'peak electrostatic_force = 1 mN' --free drive.high",
     "value-for-share bau_2010/sine --want 'mean electrostatic_force = 1 mN' --free drive.amplitude --space fingers --share 0.9"
     " --seed 1 -n 20",
-    f"drive-for-force {SHORT} --target 'sine 50 Hz 1 mN' --method carrier --carrier '3 kHz' {LIMITED}",
-    "plan-plate bau_2010/sine --over stack.insulator.thickness=1um:20um:2log --materials silica",
-    'texture-drive vezzoli_2014/fig6 --texture \'{ model = "Grating", period = "2 mm", amplitude = "1 mN" }\' --path \'30 mm/s\''
-    f" --carrier '3 kHz' {LIMITED}",
 ]
+"""Commands whose figures take longer to compute or to draw."""
 
 
-@pytest.mark.parametrize("line", LINES)
+@pytest.mark.parametrize("line", [*LINES, *(pytest.param(line, marks=pytest.mark.slow) for line in LONGER)])
 def test_every_command_writes_its_figure_for_a_journal(line, here, cli):
     if " t.nc" in line:
         assert cli("run vezzoli_2014/fig6 --set time.samples=101 -o t.nc")[0] == 0

@@ -138,8 +138,8 @@ STUDY = "study vezzoli_2014/fig6_gap --space fingers -n 2 --seed 1 -o s.zarr -o 
 @pytest.mark.parametrize(
     ("line", "where", "code", "words"),
     [
-        (RUN, "1>&- 2>&- <&-", 0, ""),
-        (RUN, "2>/dev/full", 0, ""),
+        pytest.param(RUN, "1>&- 2>&- <&-", 0, "", marks=pytest.mark.slow),
+        pytest.param(RUN, "2>/dev/full", 0, "", marks=pytest.mark.slow),
         (STUDY, ">/dev/full", 4, "the output could not be printed completely: No space left on device"),
         (RUN, "| true", 4, "the output could not be printed completely: Broken pipe"),
     ],

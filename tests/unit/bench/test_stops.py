@@ -287,10 +287,11 @@ BEFORE = ("pandas._libs.lib", "xarray.core", "h5netcdf", "h5py._hl.files")
 @pytest.mark.parametrize(
     ("name", "moment"),
     [
-        pytest.param(name, moment, marks=[] if quick else [pytest.mark.slow])
+        pytest.param(
+            name, moment, marks=() if (name, moment) == ("SIGINT", "full burst") else pytest.mark.slow
+        )
         for name in SIGNALS
         for moment in (*BEFORE, "cftime", "full burst")
-        for quick in [(name, moment) in {("SIGINT", "full burst"), ("SIGTERM", "h5netcdf")}]
     ],
 )
 def test_the_last_line_of_a_stopped_command_states_the_bench_and_the_data(tmp_path, name, moment):

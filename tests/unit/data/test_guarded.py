@@ -169,7 +169,7 @@ def environment(*folders):
 
 
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="device: needs a list of processes")
-@pytest.mark.parametrize("name", ["endless", "waits"])
+@pytest.mark.parametrize("name", ["waits", pytest.param("endless", marks=pytest.mark.slow)])
 def test_ctrl_c_ends_it_at_once(reader, path, tmp_path, name):
     own = tmp_path / "python"
     own.symlink_to(sys.executable)  # so that the processes of this test can be told from others

@@ -34,6 +34,7 @@ def test_the_forces_of_figure_6_are_those_of_the_closed_forms(figure, function):
         np.testing.assert_allclose(function(drawn), found, rtol=rtol)
 
 
+@pytest.mark.slow
 def test_the_distributions_are_those_of_the_closed_forms():
     for each, figure, function in zip(
         predicted(), ("fig6", "fig6_gap"), (forms.lateral_by_law, forms.lateral_in_gap), strict=True
@@ -63,19 +64,27 @@ def test_both_laws_have_the_same_nominal_time_constants():
         np.testing.assert_allclose(of_leak, factor * of_skin, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_thickness_holds_next_to_nothing_of_the_spread_and_the_resistivities_most():
     by_law, in_gap = predicted()
     assert by_law.shares["groups of moisture"][0] > 0.6
     assert in_gap.shares["groups of moisture"][0] > 0.7
     assert by_law.shares[forms.SKIN][1] < 0.1
     assert in_gap.shares[forms.SKIN][1] < 1e-3
-    dry_law, dry_gap = predicted("dry")
-    assert 0.02 < dry_law.shares[forms.SKIN][0] < 0.1 < dry_law.shares[forms.FRICTION][0]
-    assert dry_gap.shares[forms.LEAK][0] > 0.5
-    for each in (by_law, in_gap, dry_law, dry_gap):
+    for each in (by_law, in_gap):
         assert sum(first for first, _ in each.shares.values()) == pytest.approx(1, abs=0.2)
 
 
+@pytest.mark.slow
+def test_of_dry_fingers_friction_and_leak_hold_most_of_the_spread():
+    by_law, in_gap = predicted("dry")
+    assert 0.02 < by_law.shares[forms.SKIN][0] < 0.1 < by_law.shares[forms.FRICTION][0]
+    assert in_gap.shares[forms.LEAK][0] > 0.5
+    for each in (by_law, in_gap):
+        assert sum(first for first, _ in each.shares.values()) == pytest.approx(1, abs=0.2)
+
+
+@pytest.mark.slow
 def test_the_range_of_eight_is_that_of_the_quantiles_of_its_ends():
     """The smallest of eight independent values lies below the quantile q with probability 1 - (1 - q)^8."""
     for each in predicted():
@@ -85,6 +94,7 @@ def test_the_range_of_eight_is_that_of_the_quantiles_of_its_ends():
         assert each.central[0] < each.of_subjects[0] < each.of_subjects[1] < each.central[1]
 
 
+@pytest.mark.slow
 def test_rows_table_and_figures_of_the_population():
     """Both laws are open, as people are drawn; every input has a line under both laws and for dry fingers."""
     found = {row.id: row for row in rows()}

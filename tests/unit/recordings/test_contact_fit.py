@@ -165,6 +165,7 @@ def test_what_cannot_be_predicted_is_refused(given, said):
         fitted().predict(**given)
 
 
+@pytest.mark.slow
 def test_the_interval_over_draws_holds_other_phases():
     """Capacitances of 12 other draws: the interval that four draws give holds the true numbers of most of them."""
     held = {"rms": 0, "modulus": 0}
@@ -294,7 +295,9 @@ def test_a_map_is_scaled_where_that_is_asked_for():
     np.testing.assert_allclose(found.roughness.level(), MAP.level(), rtol=0.02, atol=1e-8)
 
 
-@pytest.mark.parametrize(("free", "other"), [("modulus", "rms"), ("rms", "modulus")])
+@pytest.mark.parametrize(
+    ("free", "other"), [("modulus", "rms"), pytest.param("rms", "modulus", marks=pytest.mark.slow)]
+)
 def test_what_is_known_is_not_fitted(free, other):
     """With the true value of the other, the one that is free comes back, with a smaller interval than both together."""
     wrong = {"modulus": {"body": ev.Elastic(modulus=2e5)}, "rms": {"rough": ROUGH.replace({"rms": 7e-6})}}[

@@ -186,6 +186,7 @@ def test_a_drift_counts_as_scatter_of_the_mean_and_without_scatter_there_is_no_e
     assert line(time=np.arange(10.0), values=np.full(10, 3.0)) == pytest.approx((3, 0, 0, 0), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_passage_between_two_samples_has_the_error_of_the_noise_over_its_slope():
     """A ramp of five samples passes each level between two of them: too few for a parabola."""
     time, ramp = np.arange(400) / 1e3, np.clip((np.arange(400) - 200.3) / 5, 0, 1)

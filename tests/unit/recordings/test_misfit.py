@@ -32,20 +32,22 @@ def chance(components):
     return min(each.chance for each in signs) * len(signs)
 
 
+@pytest.mark.parametrize("seeds", [(0,), pytest.param((1, 2), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", PAIRS)
-def test_a_wrong_model_is_named_and_the_right_one_is_not(name):
+def test_a_wrong_model_is_named_and_the_right_one_is_not(name, seeds):
     for wrong in (True, False):
         trace, model, free = pair(name, wrong=wrong)
-        for seed in range(3):
+        for seed in seeds:
             found = fit_scenario(model, noisy(trace, np.random.default_rng([31, seed])), free=free)
             assert bool(found.misfit.reasons) is wrong, (seed, found.misfit.reasons)
             assert (set(found.states.values()) == {"misfit"}) is wrong
 
 
+@pytest.mark.parametrize("numbers", [(0, 1), pytest.param((2,), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", PULSES)
-def test_what_follows_the_prediction_is_a_misfit_and_the_noise_of_a_declared_sensor_is_none(name):
+def test_what_follows_the_prediction_is_a_misfit_and_the_noise_of_a_declared_sensor_is_none(name, numbers):
     twins = PulseTwins(name)
-    for number in (0, 1, 2):  # the noise is stated of 0 and 2
+    for number in numbers:  # the noise is stated of 0 and 2
         assert set(twins.fit(number, wrong=False).states.values()) == {"well"}
         if twins.wrong is not None:
             found = twins.fit(number, wrong=True)

@@ -1,5 +1,6 @@
 """Times between levels against closed forms and synthetic records, with and without a sensor."""
 
+import functools
 import math
 from pathlib import Path
 
@@ -323,17 +324,24 @@ def test_an_edge_before_its_cause_and_one_faster_than_its_sensor_are_refused():
     with pytest.raises(InputError, match=r"by: the rising edges begin \S+ ms before the drive switches"):
         measured(early, by="drive_voltage")
     assert "delay" not in measured(early).rising.parameters
-    slow = record(exponential(0.1 / math.log(9)), period=2.0, rate=1000.0)
+    slow = record(exponential(0.1 / math.log(9)), edges=2, period=2.0, rate=1000.0)
     with pytest.raises(InputError, match=r"338 ms through a sensor of 0.55 Hz .* but the rising edges take"):
         measured(slow, sensor="0.55 Hz:3")
     assert measured(slow, sensor="20 Hz:3").rising.settled
 
 
+@functools.cache
+def sound():
+    """Return a record of which no sample repeats the end of a range."""
+    trace = record(exponential(), edges=2)
+    assert not any("repeat the end" in text for text in measured(trace, by="drive_voltage").remarks)
+    return trace
+
+
 @pytest.mark.parametrize("part", [slice(3000, 3400), slice(4000, 4100)])
 @pytest.mark.parametrize("reading", [2.0, -999.0, None])
 def test_a_sensor_at_its_rail_or_stuck_is_said_first(part, reading):
-    trace = record(exponential(), edges=2)
-    assert not any("repeat the end" in text for text in measured(trace, by="drive_voltage").remarks)
+    trace = sound()
     force = trace[FORCE].values.copy()
     force[part] = force[part][0] if reading is None else reading
     words = f"{(part.stop - part.start) / force.size:.1%} of the samples repeat"
@@ -361,7 +369,7 @@ ENDLESS = {
 }
 
 
-@pytest.mark.parametrize("noise", [0.001, 0.01, 0.05])
+@pytest.mark.parametrize("noise", [0.001, pytest.param(0.01, marks=pytest.mark.slow), 0.05])
 @pytest.mark.parametrize("form", ENDLESS)
 def test_what_never_settles_has_a_bound_and_no_value(form, noise):
     found = measure_times(truncated(ENDLESS[form], length=1.0, noise=noise)).rising
@@ -372,7 +380,7 @@ def test_what_never_settles_has_a_bound_and_no_value(form, noise):
     assert "never settles" in found.remarks[0]
 
 
-@pytest.mark.parametrize("noise", [0.001, 0.01, 0.05])
+@pytest.mark.parametrize("noise", [0.001, pytest.param(0.01, marks=pytest.mark.slow), 0.05])
 @pytest.mark.parametrize("length", [0.3, 0.5, 1.0, 2.0, 3.0, 5.0])
 def test_a_time_of_a_record_that_may_end_too_early_is_right_or_a_bound(length, noise):
     """The exact time is ln 9, for a time constant of 1: at least four of five intervals and bounds hold it."""

@@ -194,6 +194,7 @@ def has(scenario, path):
     return any(path == each for each, _, _ in scenario.parameters())
 
 
+@pytest.mark.slow
 def test_a_recording_that_no_law_enters_tells_none_apart_whatever_the_order():
     trace = noisy(
         exact(leaky(), "impedance", frequencies=np.geomspace(1e2, 1e5, 5)), np.random.default_rng(4)
@@ -236,6 +237,7 @@ def test_the_true_law_is_found_and_what_speaks_against_the_others_is_stated(swee
     assert told.startswith("no law describes this recording; of those that do not, ")
 
 
+@pytest.mark.slow
 def test_proportional_laws_cannot_be_told_apart_while_a_gain_is_free(sweep):
     flat = sweep.copy(deep=True)
     flat["mean_force"].values[:] = 0.03 * (1 + 0.05 * np.random.default_rng(1).normal(size=20))

@@ -234,7 +234,14 @@ def test_values_are_those_of_each_point_alone(monkeypatch, scenario, texts, free
     ("scenario", "changes", "texts", "draws", "words"),
     [
         (OF_SINE, LAG, [MEAN, SWING], None, "FirstOrderLag has a memory"),
-        (OF_SINE, LEAKY, [MEAN, "peak current"], None, "the electrical solver is"),
+        pytest.param(
+            OF_SINE,
+            LEAKY,
+            [MEAN, "peak current"],
+            None,
+            "the electrical solver is",
+            marks=pytest.mark.slow,
+        ),
         (OF_SINE, {}, [MEAN, "peak capacitance"], None, "one finger at a time"),
         (OF_GAP, {}, [MEAN], {"time.duration": np.linspace(0.1, 0.2, 33)}, "grid differs"),
         (OF_SINE, {}, [MEAN], {"drive.frequency": np.linspace(100, 190, 33)}, "times of the drive differ"),

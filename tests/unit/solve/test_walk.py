@@ -27,7 +27,7 @@ def record(stamps):
     return {"drive": {"model": "Sampled", "time_samples": stamps, "voltage_samples": VOLTS}}
 
 
-@pytest.mark.parametrize("law", ["fig6_gap", "fig6"])
+@pytest.mark.parametrize("law", ["fig6_gap", pytest.param("fig6", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "changes",
     [

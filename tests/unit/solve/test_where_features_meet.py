@@ -133,7 +133,7 @@ DRIVES = {
     "pulse": {"model": "Trapezium", "high": 80.0, "rise": 2e-3, "hold": 5e-3, "fall": 1e-3},
 }
 BEFORE_LEAKS = [
-    case if place % 7 == 1 else pytest.param(*case, marks=pytest.mark.slow)
+    case if place % 13 == 1 else pytest.param(*case, marks=pytest.mark.slow)
     for place, case in enumerate(itertools.product(["gap", "insulator"], LEAKS, DRIVES, [0.0, 1e6]))
 ]
 

@@ -266,6 +266,7 @@ def test_a_wider_prediction_scores_less_and_so_does_a_wrong_narrow_one():
     assert score(0.1) > score(1.0) > score(10.0) > score(0.1, ratio=100.0)
 
 
+@pytest.mark.slow
 def test_the_example_is_shown_as_it_is_and_scored_on_both_sides():
     page = (DOCS / "challenge.md").read_text(encoding="utf-8")
     shown = re.search(r"```toml\n(.*?)```", page, re.DOTALL)[1]

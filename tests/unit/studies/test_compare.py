@@ -193,7 +193,7 @@ def test_a_filled_gap_is_accounted_for(law):
         assert force(gap | plane) == pytest.approx(force({}), rel=0.1)
 
 
-def test_an_amplifier_leaves_the_held_voltage_a_swipe_its_full_load_and_a_memory_its_steady_law():
+def test_an_amplifier_leaves_the_held_voltage():
     plain = FIG6.replace({"force.model": PLANE})
     amplifier = {"gain": 2.0, "source_current": 1e-6, "saturation": 1000.0}
     over = {"drive.high": np.array([500.0, 1000.0])}
@@ -202,6 +202,10 @@ def test_an_amplifier_leaves_the_held_voltage_a_swipe_its_full_load_and_a_memory
     assert found.voltage == 500
     assert found.entries[0].static == pytest.approx(reference.static, rel=1e-9)  # 1 kV at the plate
     assert found.panels[-1].curves[0].y == pytest.approx([reference.static] * 2, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_swipe_leaves_its_full_load_and_a_memory_its_steady_law():
     growing = {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}
     pressed = BEHIND_GAP.replace({"contact": growing})
     swiped = pressed.replace({"load.time_profile": {"model": "Swipe", "rise": 0.1, "hold": 0.5, "fall": 0.1}})

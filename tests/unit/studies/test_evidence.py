@@ -249,6 +249,7 @@ def planted(law, seed, names):
     return found
 
 
+@pytest.mark.slow
 def test_a_planted_law_wins_its_own_twins_in_95_of_100_seeds():
     thin = {"model": "LogUniform", "low": 3e-6, "high": 3.3e-6, "choice": "a range of this test"}
     several = {
@@ -471,6 +472,7 @@ def test_a_measurement_that_cannot_be_scored_is_refused(more, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_command_and_the_answer(tmp_path):
     found = ev.evidence({"test/forces": measured()}, n=16, seed=1)
     text = repr(found)
@@ -553,6 +555,7 @@ def test_a_row_of_the_picture_says_who_measured_what_and_the_unit():
     ]
 
 
+@pytest.mark.slow
 def test_the_picture_shows_the_laws_of_a_set_of_three_groups_or_more():
     own = {"stack.gap": None, "force.mean_gap": {"model": "Uniform", "low": 1e-6, "high": 2e-6, "choice": "of this test"},
            "force.rms_gap": {"model": "Uniform", "low": 3e-7, "high": 5e-7, "choice": "of this test"}}  # fmt: skip

@@ -63,7 +63,13 @@ SHOWN = {
 }
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in {"run", "check", "sketch"} else pytest.mark.slow)
+        for name in SHOWN
+    ],
+)
 def test_a_figure_of_a_journal_is_85_mm_wide_with_letters_of_8_points_in_it(name, tmp_path):
     (path,) = ev.save(SHOWN[name](), tmp_path / "x.PDF", style="journal")
     content = path.read_bytes()
@@ -110,6 +116,7 @@ def test_a_figure_carries_a_mark_and_no_style_of_an_earlier_one(tmp_path):
             ev.save(Sketch(), path)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_folder_has_every_figure_and_a_name_the_first_file_of_its_suffix(tmp_path):
     written = ev.save(Sketch(), tmp_path / "all")
     assert [path.name for path in written] == [

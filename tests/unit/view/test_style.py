@@ -100,6 +100,7 @@ def test_layers_and_states_of_a_page_have_colours_of_their_own():
     assert used.isdisjoint({*CURVES, *LAYERS})
 
 
+@pytest.mark.slow
 def test_a_report_never_imports_pyplot(scenario, tmp_path):
     code = (
         "import sys, json\n"

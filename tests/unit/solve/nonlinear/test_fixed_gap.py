@@ -28,8 +28,8 @@ TIMES = np.linspace(0, END, 61)
 EQUAL = 1e-7
 """Of the largest value of each signal, against the exact solver; measured 3e-9, 3e-8 with skins of papers."""
 ELEMENTS = ("bare", "body", "floating", "floating without resistance")
-QUICK = ("trapezium", "chirp")
-"""Drives that take less than a second each."""
+QUICK = ("trapezium",)
+"""The drive that takes least."""
 
 
 @pytest.fixture
@@ -45,7 +45,8 @@ def both(drive):
 
 @pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize(
-    "name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in ("square", "sine", "burst"))]
+    "name",
+    [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in ("chirp", "square", "sine", "burst"))],
 )
 def test_linear_layers_answer_as_the_exact_solver_says(name, element, finger, drive, both, worst):
     expected, found = both(finger(element, charge=1e-5), name)

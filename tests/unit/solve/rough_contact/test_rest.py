@@ -1,5 +1,6 @@
 """Any rough contact at rest obeys the conditions of contact, and what it says of itself is so."""
 
+import itertools
 from itertools import pairwise
 
 import numpy as np
@@ -37,9 +38,15 @@ def bent(pressure, periods):
     return np.fft.ifft2(waves).real
 
 
-@pytest.mark.parametrize("voltage", [None, 100.0, 200.0])
-@pytest.mark.parametrize("shape", [(64, 96), (36, 54), (128, 64)])
-@pytest.mark.parametrize("pressure", [200.0, 2e4, 2e6])
+VOLTAGES, SHAPES, PRESSURES = (None, 100.0, 200.0), ((64, 96), (36, 54), (128, 64)), (200.0, 2e4, 2e6)
+LOADED = [
+    pytest.param(VOLTAGES[i], SHAPES[j], PRESSURES[k], marks=pytest.mark.slow if (i + j + k) % 3 else ())
+    for i, j, k in itertools.product(range(3), repeat=3)
+]
+"""Always nine, in which every two of the values meet."""
+
+
+@pytest.mark.parametrize(("voltage", "shape", "pressure"), LOADED)
 def test_places_touch_or_are_open_and_the_displacement_is_that_of_the_stress(voltage, shape, pressure):
     loaded = rough(shape, pressure)
     rest = loaded.rest() if voltage is None else loaded.rest(pull(voltage))

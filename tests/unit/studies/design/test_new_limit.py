@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.slow  # a process of its own, which imports everything and searches
 POWER = """\
     power: Annotated[
         Number | None, LimitedQuantity("W", 1e-15, 1e6, "largest power of the amplifier", order=2)

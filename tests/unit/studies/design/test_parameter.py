@@ -298,7 +298,7 @@ SPACES = {"area": AREA, "layers": LAYERS, "fingers": "fingers"}
 def combinations():
     for i, (space, free) in enumerate((space, free) for space in SPACES for free in RANGES):
         for j, quantity in enumerate(QUANTITIES):
-            yield pytest.param(space, free, quantity, marks=() if (i + j) % 13 == 0 else pytest.mark.slow)
+            yield pytest.param(space, free, quantity, marks=() if (i + j) % 26 == 0 else pytest.mark.slow)
 
 
 @pytest.mark.parametrize(("space", "free", "quantity"), [*combinations()])

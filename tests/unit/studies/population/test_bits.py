@@ -109,8 +109,15 @@ def test_signals_thresholds_percentiles_and_seeds_that_are_asked_for(quick):
     assert not np.array_equal(one[f"{FORCE}_mean"], other[f"{FORCE}_mean"])
 
 
-@pytest.mark.parametrize("memory", ["1 GB", "1 MB"])
-@pytest.mark.parametrize("exceed", ["10 mN", ()])
+@pytest.mark.parametrize(
+    ("memory", "exceed"),
+    [
+        ("1 GB", "10 mN"),
+        ("1 MB", ()),
+        pytest.param("1 GB", (), marks=pytest.mark.slow),
+        pytest.param("1 MB", "10 mN", marks=pytest.mark.slow),
+    ],
+)
 def test_threads_do_not_change_the_numbers(monkeypatch, same, memory, exceed):
     """The real population, in arrays over fingers."""
     scenario = load("vezzoli_2014/fig6_gap").replace({"time.samples": 50})
