@@ -191,7 +191,9 @@ def recorded(law):
 
 
 @pytest.mark.parametrize("door", DOORS)
-@pytest.mark.parametrize("law", ["EffectiveMedium", "Vezzoli2014Causal"])
+@pytest.mark.parametrize(
+    "law", ["EffectiveMedium", pytest.param("Vezzoli2014Causal", marks=pytest.mark.slow)]
+)
 def test_every_door_answers_the_same_for_layers_in_two(law, door):
     """Texture asked 265.9 V and then 212.1 V, the fit 1 and then 0.636 cm2."""
     whole, cut = DOORS[door](founding(law)), DOORS[door](split(founding(law), *BOTH))

@@ -151,7 +151,7 @@ def test_small_ripples_grow_below_the_critical_speed_only(share, grows):
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 1.5])
-@pytest.mark.parametrize("ratio", [1.5, 1.0])
+@pytest.mark.parametrize("ratio", [1.5, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_limit_cycle_where_a_steady_slide_is_unstable_only(ratio, share):
     """From rest: below the critical speed, unless so slow that the excess hardly falls; without excess never."""
     speed = share * critical_speed(STICKY, LIVELY)

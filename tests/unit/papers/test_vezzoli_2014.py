@@ -313,7 +313,10 @@ RAMPS |= {"palmar women 10 uS": 4.1, "palmar men 20 uS": 1.8, "Gabriel wet": 5.6
 RAMPS |= {"Maxwell stress in the gap, leaky gap 5 um": 101}
 
 
-@pytest.mark.parametrize(("case", "ramp"), RAMPS.items())
+@pytest.mark.parametrize(
+    ("case", "ramp"),
+    [pytest.param(*each, marks=pytest.mark.slow if at % 3 else ()) for at, each in enumerate(RAMPS.items())],
+)
 def test_ramp_that_gives_the_printed_force(case, ramp):
     """In ms, two digits, computed apart; 3 % covers their rounding."""
     found = compute.ramp_for(compute.figure_6_cases()[case], force=2.5e-3)

@@ -327,6 +327,7 @@ def test_what_is_known_is_not_fitted(free, other):
     assert getattr(several, free) == contact.over_draws(alone, 5)
 
 
+@pytest.mark.slow
 def test_film_and_half_space_keep_the_ratio_of_their_moduli():
     skin = ev.Coated(film=ev.Elastic(modulus=2e7), thickness=5e-5, below=ev.Elastic(modulus=5e5, poisson=0.4))
     softer = skin.replace({"film.modulus": 1e6, "below.modulus": 2.5e4})

@@ -302,7 +302,8 @@ def clutch(name):
     return ev.import_file(path, {FORCE: "1 [N]", "drive_voltage": "3 [V]"}, time="0 [us]")
 
 
-@pytest.mark.parametrize("name", ["10Hz", pytest.param("1kHz", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["10Hz", "1kHz"])
 def test_the_release_of_a_clutch_is_faster_than_its_sensor_shows(name):
     options = {"quantity": FORCE, "by": "drive_voltage", "readback": OneOfTwoInAntiphase()}
     found = measure_times(

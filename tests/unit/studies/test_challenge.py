@@ -291,6 +291,7 @@ def test_the_example_is_shown_as_it_is_and_scored_on_both_sides():
     assert found.refused["rauf_2025/zhang_a"]["one_gap"] == "it was made from these numbers"
 
 
+@pytest.mark.slow
 def test_the_table_has_a_row_for_each_common_set_and_says_where_there_is_none(entered):
     own = entered()
     found = {name: predict(MEASURED[name], n=4)[0] for name in (NAME, CLUTCH)}

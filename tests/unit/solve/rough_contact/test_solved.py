@@ -167,6 +167,7 @@ def test_a_result_beyond_pull_in_says_so():
     assert (last.state, last.limit) == ("warning", before.voltage)
 
 
+@pytest.mark.slow
 def test_a_grid_that_is_too_coarse_for_the_attraction_is_told():
     known = scenario(60.0, points=64)
     said = [each.text for each in diagnostics_of(ev.run(known)) if each.name == "rough contact"]
@@ -195,6 +196,7 @@ def test_beyond_what_is_solved_nothing_is_extrapolated(monkeypatch):
     assert found.attraction(np.array([20.0])) > 4 * known
 
 
+@pytest.mark.slow
 def test_spots_that_idle_are_refused_once_more_voltage_attracts_less():
     """A contact that is shut everywhere has no field that attracts."""
     idle = contact(body=SOFT["body"], roughness=WAVES, points=64, spots={"model": "IdleSpots"})

@@ -137,6 +137,7 @@ def test_of_two_signs_that_of_the_scenario_is_obtained():
         assert found.obtainable.value == pytest.approx(math.copysign(1000, high), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_more_solutions_than_are_listed_are_counted_where_they_are_listed():
     """sin(2 pi f 20 ms)^2 is small twice at each multiple of 25 Hz, once at the ends: 40 times."""
     grounded = {"circuit.return_path": {"model": "Grounded", "resistance": 0.0}}
@@ -380,6 +381,7 @@ def test_everything_as_tables_without_numbers_that_json_does_not_have():
     assert str(found) == found.document.text
 
 
+@pytest.mark.slow
 def test_a_parameter_is_held_within_what_the_amplifier_has():
     """Of a sine on a stack that does not conduct the current is 2 pi f C V: the amplitude ends where it is the largest."""
     own = {"circuit.amplifier": {"source_current": 1e-5}, "time": {"duration": "16 ms"}}

@@ -389,7 +389,7 @@ def test_table_page_and_figure_have_every_candidate_with_every_limit(design):
     assert list(front.get_xdata()) == sorted(each.values["peak voltage"] for each in design.pareto)
 
 
-@pytest.mark.parametrize("suffix", ["csv", "png"])
+@pytest.mark.parametrize("suffix", ["csv", pytest.param("png", marks=pytest.mark.slow)])
 def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
     (tmp_path / "limits.toml").write_text('voltage = "200 V"\n', encoding="utf-8")
     out = tmp_path / f"plate.{suffix}"

@@ -158,6 +158,7 @@ def test_quantities_in_arrays_are_those_of_the_general_solution(monkeypatch, nam
     np.testing.assert_allclose(fingers.each_at(at)[fingers.some()], expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_intervals_from_arrays_are_those_of_the_general_solution(monkeypatch):
     scenario = ev.load("bau_2010/sine")
     wanted = read_wanted(scenario, want={MEAN: 5e-3}, free={PATH: (1e-6, 2e-5)})
