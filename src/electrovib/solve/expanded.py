@@ -29,6 +29,7 @@ from electrovib.solve.diagnostics.peaks import (
     PeakRecord,
     around_kinks,
     evaluation_times,
+    frequency_beside,
     joined,
     resolved,
     shows_every_sample,
@@ -59,8 +60,6 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
 
-SQUEEZED: Final = 8
-"""Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
 WHOLE: Final = ("voltage", "current", "body_current")
 """Quantities with limits that are judged at all times."""
 
@@ -118,8 +117,7 @@ def walked(
 
 def _further(scenario: Scenario, times: Real) -> Real:
     """Return the times at which a response can be largest [s]."""
-    moved = scenario.motion.moved_gap
-    beside = 0.0 if moved is None else SQUEEZED * moved.fastest
+    beside = frequency_beside(scenario)
     settled = scenario.time.settled
     return evaluation_times(scenario.drive, end=float(times[-1]), settled=settled, beside=beside, seen=times)
 
