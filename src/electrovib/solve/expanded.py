@@ -137,12 +137,12 @@ def _record(scenario: Scenario, times: Real, answer: Solution, kept: Any) -> Pea
 def _marched(scenario: Scenario, section: ModalSection, times: Real) -> Walked:
     """Return the response of a solver that steps through time, at the output times and between them.
 
-    A second run of regimes in closed form resolves the largest values too; of other steps these are those of a parabola.
+    A second run around the changes of regimes resolves the largest values too; without one these are those of a parabola.
     """
     both = np.union1d(times, _further(scenario, times))
     whole = solve(scenario, section, both)
     record = PeakRecord.of(scenario, both, whole.found)
-    unclear = record.unclear() if whole.method.by_regimes else np.zeros(0)
+    unclear = record.unclear() if whole.method.by_regimes and whole.kinks else np.zeros(0)
     around = np.setdiff1d(np.append(around_kinks(np.array(whole.kinks), float(times[-1])), unclear), both)
     peaks = joined(record, around, lambda moments: at_moments(scenario, section, moments))
     return Walked(whole.at(np.searchsorted(both, times)), peaks, None)
