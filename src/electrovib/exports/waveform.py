@@ -200,14 +200,13 @@ def write_waveform(
 def check_waveform_file(
     path: str | Path,
     *,
-    instrument: str = "",
     edge: float | str | None = None,
     inputs: Iterable[Path] = (),
     force: bool = False,
 ) -> None:
     """Check, before a long computation, whether a waveform can be written to a file."""
     place = output_path(path)
-    form = _format(place, instrument)
+    form = _format(place, "")
     refuse_unsuited(form, edge)
     check_writable({place: form.form}, inputs=inputs, force=force)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Chirped, Smooth
 from electrovib.solve.choice import chosen
-from electrovib.solve.diagnostics.peaks import count_evaluation_times
+from electrovib.solve.diagnostics.peaks import count_evaluation_times, frequency_beside
 from electrovib.solve.electrics.formulas import RADIANS_PER_STEP
 from electrovib.solve.mechanics.mechanical import slowest_rates
 from electrovib.solve.mechanics.response import FORGOTTEN, MOST
@@ -62,7 +62,7 @@ def counted(scenario: Scenario, times: Real | None = None) -> list[Work]:
     parts, moved = drive.parts(), scenario.motion.moved_gap
     corners, cycles = drive.count_corners(end), _cycles(parts, end)
     cycles += end * moved.fastest if moved is not None else 0.0
-    between = count_evaluation_times(drive, end=end, settled=grid.settled)
+    between = count_evaluation_times(drive, end=end, settled=grid.settled, beside=frequency_beside(scenario))
     held = (samples + between) * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     what = f"{samples:.3g} output times and {between:.3g} evaluation times between them"
     remedy = "ask for fewer time.samples" if samples > between else SHORTER

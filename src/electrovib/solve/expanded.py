@@ -29,6 +29,7 @@ from electrovib.solve.diagnostics.peaks import (
     PeakRecord,
     around_kinks,
     evaluation_times,
+    frequency_beside,
     joined,
     resolved,
     shows_every_sample,
@@ -59,8 +60,6 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
 
-SQUEEZED: Final = 8
-"""Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
 _PAGE: Final = (2 << 20) // 8
 """Numbers in a large page of memory."""
 WHOLE: Final = ("voltage", "current", "body_current")
@@ -120,8 +119,7 @@ def walked(
 
 def _further(scenario: Scenario, times: Real) -> Real:
     """Return the times at which a response can be largest [s]."""
-    moved = scenario.motion.moved_gap
-    beside = 0.0 if moved is None else SQUEEZED * moved.fastest
+    beside = frequency_beside(scenario)
     settled = scenario.time.settled
     return evaluation_times(scenario.drive, end=float(times[-1]), settled=settled, beside=beside, seen=times)
 
@@ -141,12 +139,12 @@ def _record(scenario: Scenario, times: Real, answer: Solution, kept: Any) -> Pea
 def _marched(scenario: Scenario, section: ModalSection, times: Real) -> Walked:
     """Return the response of a solver that steps through time, at the output times and between them.
 
-    A second run of regimes in closed form resolves the largest values too; of other steps these are those of a parabola.
+    A second run around the changes of regimes resolves the largest values too; without one these are those of a parabola.
     """
     both = np.union1d(times, _further(scenario, times))
     whole = solve(scenario, section, both)
     record = PeakRecord.of(scenario, both, whole.found)
-    unclear = record.unclear() if whole.method.by_regimes else np.zeros(0)
+    unclear = record.unclear() if whole.method.by_regimes and whole.kinks else np.zeros(0)
     around = np.setdiff1d(np.append(around_kinks(np.array(whole.kinks), float(times[-1])), unclear), both)
     peaks = joined(record, around, lambda moments: at_moments(scenario, section, moments))
     return Walked(whole.at(np.searchsorted(both, times)), peaks, None)

@@ -240,3 +240,11 @@ def test_the_general_reference_begins_at_time_0_whatever_times_are_asked_for():
         for some in (times[7:], times)
     )
     np.testing.assert_allclose(late, whole[7:], rtol=0, atol=1e-6)
+
+
+def test_the_times_between_of_a_moving_gap_are_counted():
+    scenario = ev.load("vezzoli_2014/fig2_tremor")
+    times = scenario.time.times(scenario.drive)
+    further = len(expanded._further(scenario, times))
+    numbers = effort.SIGNALS + effort.SIGNALS_OF_LAYER * len(scenario.stack.layers)
+    assert effort.counted(scenario)[0].memory >= 8 * (len(times) + further) * numbers

@@ -137,10 +137,10 @@ def test_the_largest_current_behind_a_limit_is_resolved():
     a, b = 1 / (1e5 * capacitance), 2 * np.pi * 800.0
     crest = np.log(a / b) / (a - b)
     largest = 100.0 * capacitance * a * b / (a - b) * (np.exp(-b * crest) - np.exp(-a * crest))
-    amplifier = {"bandwidth": 800.0, "saturation": 1e4}
+    amplifier = {"bandwidth": 800.0, "saturation": 100.0}
     film = {"thickness": 10e-6, "role": "plate", "material": {"model": "Constant", "permittivity": 3.9}}
     table = PLATES | {
-        "drive": {"model": "Step", "level": 100.0},
+        "drive": {"model": "PulseTrain", "high": 120.0, "width": 1.1e-3, "frequency": 100.0},
         "force": {"model": "MaxwellStressInInsulator"},
         "circuit": {"return_path": {"model": "Grounded", "resistance": 1e5}, "amplifier": amplifier},
         "stack": {"insulator": film},

@@ -52,6 +52,7 @@ LARGEST_AMPLITUDE: Final = 2 * waveforms.HP_LARGEST_VOLTAGE
 """Largest peak-to-peak voltage into a high impedance [V]; unverified."""
 _SETTINGS_CONFLICT: Final = "-221"
 _MOST_ERRORS: Final = 20
+_AGREES: Final = 1e-3
 
 
 class Hp33120a:
@@ -159,10 +160,10 @@ class Hp33120a:
         raise BenchError(f"the generator reports more than {_MOST_ERRORS} errors")
 
 
-def mismatches(found: Mapping[str, str], expected: Mapping[str, Any], tolerance: float = 1e-3) -> list[str]:
+def mismatches(found: Mapping[str, str], expected: Mapping[str, Any]) -> list[str]:
     """Compare replies with the settings that were expected, by query: one sentence for each difference.
 
-    A count, of type int, has to agree exactly. `tolerance` of another number is relative, and absolute for 0.
+    A count, of type int, has to agree exactly, another number to `_AGREES` of it; that much where it is 0.
     """
     wrong = []
     for query, wanted in expected.items():
@@ -175,7 +176,7 @@ def mismatches(found: Mapping[str, str], expected: Mapping[str, Any], tolerance:
             number = float(reply)
         except ValueError:
             number = float("nan")
-        allowed = 0 if isinstance(wanted, int) else tolerance * (abs(wanted) or 1.0)
+        allowed = 0 if isinstance(wanted, int) else _AGREES * (abs(wanted) or 1.0)
         if not abs(number - wanted) <= allowed:
             wrong.append(f"'{query}' answers '{reply[:40]}', where {wanted:g} was set")
     return wrong

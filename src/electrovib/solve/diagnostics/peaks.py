@@ -55,6 +55,8 @@ _JUST = 1e-6
 """Distance from a largest value at which it is evaluated again, as a share of the time to its neighbour."""
 _BEFORE = 1e-9
 """Distance from a corner of the drive at which the value before it is evaluated, as a share of the time since the one before."""
+SQUEEZED = 8
+"""Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
 ROUNDED = 1e-13
 """Share of the last time below which two times are equal by rounding."""
 SUDDEN = 1e-6
@@ -90,6 +92,12 @@ def evaluation_times(
         [_stretch(drive, 0.0, period, beside), (within + cycles[:, None] * period).ravel(), [end]]
     )
     return np.unique(found[found <= end])
+
+
+def frequency_beside(scenario: Scenario) -> float:
+    """Return the frequency that a moving gap adds to that of the drive [Hz]; 0 where none moves."""
+    moved = scenario.motion.moved_gap
+    return 0.0 if moved is None else SQUEEZED * moved.fastest
 
 
 def around_kinks(kinks: Real, end: float) -> Real:
