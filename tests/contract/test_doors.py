@@ -359,7 +359,7 @@ COMMANDS = [
     "report s.toml t.nc -o out.html",
     *(f"run s.toml {option}" for option in ("", "--all", "--states", "-o out.csv --report out.html")),
     "run s.toml --over load.normal_force=0.4:0.6:2 -o out.csv --report out.html",
-    f"study s.toml {STUDY} -o out.zarr -o out.csv --report out.html",
+    f"study s.toml {STUDY} -o out.zarr -o out.csv -o out.html",
     f"study s.toml {STUDY} --sensitivity --quantity '{MEAN}' -o out",
 ]
 """Calls of commands that compute numbers from a scenario."""

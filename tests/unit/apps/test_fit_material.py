@@ -322,9 +322,10 @@ def test_skin_and_known_parts_as_measured():
     given["columns"] = {"phase": "phase [deg]"}
     bad = SHARED / "rcal_10k_20k_par101.csv"
     alone = {name: value for name, value in given.items() if name != "form"}
-    for command in (fitted, ev.import_material):  # without a reference
+    recipe = ev.SpectrumRecipe(**alone)
+    for command in (ev.fit_material, ev.import_material):  # without a reference
         with pytest.raises(InputError, match=r"badly calibrated: .* constant phase of -3\.29 degrees"):
-            command(bad, **alone)
+            command(bad, recipe)
     with pytest.raises(InputError, match="bad calibration"):
         fitted(bad, reference=(bad, "20 kohm"), **given)
 

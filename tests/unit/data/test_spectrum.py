@@ -214,13 +214,13 @@ def test_an_impedance_times_an_area_needs_the_area(tmp_path, unit):
 def test_a_material_needs_four_frequencies(tmp_path, count):
     """Before, three rows ended in a traceback."""
     table(tmp_path, "f,Z' [ohm],Z'' [ohm]", (GRID[:count], Z.real[:count], Z.imag[:count]))
-    part = {"area": "1 cm2", "thickness": "1 mm"}
-    for made, given in ((ev.import_material, part), (ev.fit_material, {"recipe": ev.SpectrumRecipe(**part)})):
+    recipe = ev.SpectrumRecipe(area="1 cm2", thickness="1 mm")
+    for made in (ev.import_material, ev.fit_material):
         if count == 4:
-            made(tmp_path / "a.csv", **given)
+            made(tmp_path / "a.csv", recipe)
             continue
         with pytest.raises(InputError, match=f"has {count} frequencies; a material needs 4 or more"):
-            made(tmp_path / "a.csv", **given)
+            made(tmp_path / "a.csv", recipe)
 
 
 @pytest.mark.skipif(not FOLDER.exists(), reason="needs shared/data, which is not part of the repository")
