@@ -30,7 +30,7 @@ def command(path, seed):
         "--set",
         f"time.samples={SAMPLES}",
     ]
-    asked += ["--records"] if seed % 2 else ["--budget-memory", "20 MB"]
+    asked += ["--records"] * (seed % 2)
     return [
         sys.executable,
         "-m",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -75,9 +75,9 @@ GONE: Final[dict[str, dict[str, GoneOption]]] = {
 """Options by command, whose values functions read by `electrovib.core.deprecation.former_value`."""
 
 
-def taken(command: str, words: list[str]) -> tuple[list[str], dict[str, Any]]:
+def taken(gone: Mapping[str, GoneOption], words: list[str]) -> tuple[list[str], dict[str, Any]]:
     """Take the options that a command takes no more out of its arguments; return the other words, and the values by name."""
-    gone, left, values, rest = GONE.get(command, {}), list[str](), dict[str, Any](), iter(words)
+    left, values, rest = list[str](), dict[str, Any](), iter(words)
     for word in rest:
         flag, sign, text = word.partition("=")
         if flag not in gone:

@@ -13,7 +13,7 @@ from typing import Any, Final
 from typer.core import TyperCommand, TyperGroup
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.gone import taken
+from electrovib.apps.cli.gone import GONE, taken
 from electrovib.apps.cli.meant import QUOTED, command_meant, explained, options_of, refuse_other_forms
 from electrovib.core.deprecation import former_values
 from electrovib.core.errors import InputError
@@ -57,8 +57,10 @@ class _Arguments:
         """
         if args[:1] == ["help"] and "help" not in getattr(self, "commands", {"help"}):
             args = [*args[1:2], "--help"]
-        args, gone = taken(ctx.command_path.partition(" ")[2], args)
-        ctx.with_resource(former_values(**gone))
+        gone = GONE.get(ctx.command_path.partition(" ")[2], {})
+        if any(word.partition("=")[0] in gone for word in args):
+            args, former = taken(gone, args)
+            ctx.with_resource(former_values(**former))
         if "--version" in args and "--version" not in options_of(self):
             ctx.find_root().command.main(["--version"], prog_name="electrovib")
         flags = {name for each in self.params if getattr(each, "is_flag", False) for name in each.opts}
