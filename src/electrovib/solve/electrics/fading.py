@@ -35,7 +35,7 @@ _AT_ONCE: Final = 4096
 _HELD: Final = 1 << 16
 """Largest number of modes times output times in memory."""
 _FEWEST_EVEN: Final = 64
-"""Number of evenly spaced times from which exponentials of many cases are products of those in two tables; of one, 8 times."""
+"""Number of evenly spaced times from which exponentials are products of those in two tables."""
 _ROUNDED: Final = 2e-35
 """Exponential that counts as 0, as it is after 80 time constants."""
 
@@ -112,7 +112,7 @@ def fading(weights: Real, rates: Real, since: Real, *, line: Real | None = None,
     (..., outputs, 2), `since` (n,) [s], which are differences of times up to `late` [s].
     """
     cases = np.broadcast_shapes(weights.shape[:-2], rates.shape[:-1])
-    step = even_step(since, fewest=_FEWEST_EVEN if cases else 8 * _FEWEST_EVEN, largest=late)
+    step = even_step(since, fewest=_FEWEST_EVEN, largest=late)
     if step is not None and weights.shape[-1] <= MODES_AT_ONCE:
         return by_output(_of_two_tables(weights, rates, line, since, step))
 
