@@ -84,17 +84,21 @@ def squares_in_numpy(many, draws) -> np.ndarray:
     columns = {path: np.asarray(each, dtype=float)[:, None] for path, each in many.columns(draws).items()}
     member = with_columns(many.scenario, columns)
     ((name, transfer),) = many.asked(member).items()
-    (drive,) = many.drive.values()
+    ((part,),) = many.drive.values()
     rates, residues, direct = transfer.rates, transfer.gains * transfer.rates, transfer.direct[:, 0]
-    voltage, steps = drive.voltage, drive.timing.steps
-    weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]
+    times = np.union1d(many.time, part.times[part.times < many.time[-1]])
+    times = times[np.diff(times, prepend=-1.0) > 1e-12]  # an output beside a corner is at the corner
+    voltage, steps = part.value(times), np.diff(times)
+    _, first, kinds = np.unique(np.round(steps / steps.max(), 9), return_index=True, return_inverse=True)
+    weights = [_of_duration(rates, residues, duration) for duration in steps[first].tolist()]
     rows, state = np.empty((voltage.size, len(rates))), np.zeros(rates.T.shape)
     rows[0] = direct * voltage[0]
-    for place, kind in enumerate(steps.kind.tolist()):
+    for place, kind in enumerate(kinds.tolist()):
         decay, earlier, later = weights[kind]
         state = decay * state + earlier * voltage[place] + later * voltage[place + 1]
         rows[place + 1] = direct * voltage[place + 1] + state.sum(axis=0)
-    return attraction(member, total_pull(member, {name.name: rows[drive.timing.places].T})).T
+    places = np.searchsorted(times, many.time - 1e-12)
+    return attraction(member, total_pull(member, {name.name: rows[places].T})).T
 
 
 def _of_duration(rates, residues, duration) -> tuple:
