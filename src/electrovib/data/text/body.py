@@ -192,7 +192,7 @@ def _behind(raw: bytes, start: int, layout: Layout) -> tuple[int, tuple[NotRead,
 
 def _is_sample(line: str, layout: Layout, usual: set[str]) -> bool:
     """Return whether a line is a row of numbers, or one that is cut off."""
-    if not line.strip() or is_comment(line) or RULE.fullmatch(line):
+    if not line.strip() or is_comment(line) or (RULE.fullmatch(line) and line.strip() not in usual):
         return False
     cells = split(line, layout.delimiter)
     if any(STATISTICS.fullmatch(cell) and cell not in usual for cell in cells):
