@@ -235,7 +235,7 @@ class Likelihood:
     def sampled(self, *, seed: int, live: int = LIVE) -> MarginalLikelihood:
         """Average the likelihood over the prior by nested sampling, with its standard error."""
         sampler = _require_dynesty().NestedSampler(
-            self, lambda place: place, self.low.size, nlive=live, rstate=np.random.default_rng(seed), bound="single",
+            self, lambda place: place, self.low.size, nlive=live, rstate=np.random.default_rng(seed), bound="multi",
             sample="unif" if self.low.size < _MANY else "rwalk", first_update={"min_eff": 50.0, "min_ncall": live},
         )  # fmt: skip
         sampler.run_nested(dlogz=_ENDS, print_progress=False)
