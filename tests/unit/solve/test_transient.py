@@ -13,7 +13,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.parts import Chirped, Linear, Smooth
+from electrovib.physics.drive.parts import MANY_TIMES, Chirped, Linear, Smooth
 from electrovib.solve.electrics.formulas import GONE, chirp_response, smooth_states
 from electrovib.solve.electrics.straight import MANY_SAMPLES, SharedModes
 from electrovib.solve.electrics.transient import ALONE, transient
@@ -206,14 +206,31 @@ def test_cases_at_once_are_those_of_each_alone(name, settled, times):
             assert np.max(np.abs(mine - alone[key])) <= 1e-13 * max(100.0, np.max(np.abs(alone[key]))), key
 
 
-def test_a_response_from_rest_begins_at_exactly_0():
+@pytest.mark.parametrize("static", [None, 0.3], ids=["of modes", "of lags"])
+def test_a_response_from_rest_begins_at_exactly_0(static):
     """Not at the rounding of a level and its exponentials."""
     random = np.random.default_rng(7)
     ramp = drive("Trapezium", high=100, rise=0.01, hold=0.01, fall=0.01)
-    for shape in ((12,), (40, 12)):
-        one = Transfer(rates=10 ** random.uniform(0, 7, shape), gains=random.normal(size=shape))
+    for shape in ((12,), (12,), (12,), (40, 12)):
+        one = Transfer(rates=10 ** random.uniform(0, 7, shape), gains=random.normal(size=shape), static=static)
         found = one_of(one, ramp, np.linspace(0, 0.009, 4000))
         assert np.all(found[..., 0] == 0.0)
+
+
+def test_a_mode_far_slower_than_the_times_keeps_its_digits():
+    """Its state is no difference of the level of the drive and of what is left to it."""
+    slow = Transfer(rates=np.array([1e-9]), gains=np.array([1e9]))
+    time = np.linspace(0, 1.0, 4001)
+    found = one_of(slow, drive("Step", level=100), time)
+    np.testing.assert_allclose(found, 100e9 * -np.expm1(-1e-9 * time), rtol=1e-12)
+
+
+def test_even_times_long_after_a_sine_is_switched_on_show_what_still_fades():
+    """For modes that have faded before the first time, that fade meanwhile, and that hardly fade."""
+    burst = drive("Burst", amplitude=100, frequency=125, cycles=1000, delay=0.0)
+    whole = np.arange(2 * MANY_TIMES) * 1.0 / MANY_TIMES
+    found, late = one_of(HIGH_PASS, burst, whole), one_of(HIGH_PASS, burst, whole[MANY_TIMES // 2 :])
+    assert np.max(np.abs(found[MANY_TIMES // 2 :] - late)) < 100 * PRECISION
 
 
 def _of_case(number, case, name):

@@ -205,8 +205,6 @@ def _is_factor(material: Any, paths: list[str]) -> bool:
         ratio = other.bound_permittivity(frequency) / base
         if np.any(np.abs(ratio / np.abs(ratio[0]) - 1) > _CONSTANT):
             return False
-        if other.slowest_relaxation != material.slowest_relaxation:
-            return False
     return True
 
 
@@ -218,4 +216,4 @@ def _is_apart(material: Any) -> bool:
     except InputError:
         return False
     one, two = (each.bound_permittivity(frequency) for each in (material, other))
-    return bool(np.array_equal(one, two)) and material.slowest_relaxation == other.slowest_relaxation
+    return bool(np.array_equal(one, two))
