@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from electrovib.core.budget import one_thread
 from electrovib.core.errors import InputError, gathered, nearest, refuse
 from electrovib.core.units import number_in
 from electrovib.data.atomic import Form
@@ -52,6 +53,7 @@ class SpectrumErrors:
     reference: tuple[str | Path, str | float] | None = None
 
 
+@one_thread(with_scipy=True)
 def fit_material(
     files: Sequence[str | Path] | str | Path,
     recipe: SpectrumRecipe | None = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -214,7 +215,21 @@ def amount_of_memory(name: str, value: float | str) -> float:
 
 ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Environment for linear algebra on one thread, which numpy reads when it is imported. Threads gain nothing for our matrices of
-some hundred columns, and wait for each other where another process uses a core: up to twenty times as long as one computes."""
+some hundred columns, and wait for each other where another process uses a core: up to a hundred times as long as one computes."""
+
+
+@contextmanager
+def one_thread(*, with_scipy: bool = False) -> Iterator[None]:
+    """Compute linear algebra on one thread in the block, and with the library of scipy; as a decorator in a function."""
+    if os.environ.items() >= ONE_THREAD.items():  # the libraries have read it
+        yield
+        return
+    from threadpoolctl import threadpool_limits
+
+    if with_scipy:
+        import scipy.linalg  # noqa: F401  # only a library that is loaded is limited
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
 
 
 def memory_allowed(size: int) -> int:

@@ -212,7 +212,9 @@ def test_a_response_from_rest_begins_at_exactly_0(static):
     random = np.random.default_rng(7)
     ramp = drive("Trapezium", high=100, rise=0.01, hold=0.01, fall=0.01)
     for shape in ((12,), (12,), (12,), (40, 12)):
-        one = Transfer(rates=10 ** random.uniform(0, 7, shape), gains=random.normal(size=shape), static=static)
+        one = Transfer(
+            rates=10 ** random.uniform(0, 7, shape), gains=random.normal(size=shape), static=static
+        )
         found = one_of(one, ramp, np.linspace(0, 0.009, 4000))
         assert np.all(found[..., 0] == 0.0)
 

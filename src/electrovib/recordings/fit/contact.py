@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
+from electrovib.core.budget import one_thread
 from electrovib.core.diagnostics import Diagnostic, reasons
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import Form, csv_text
@@ -216,6 +217,7 @@ class ContactFit(Answer):
         return csv_text(("load", "capacitance", "fitted"), rows, remarks=self.document.sentences)
 
 
+@one_thread(with_scipy=True)
 def fit_contact(
     scenario: Source,
     *,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.budget import one_thread
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import value_at
 from electrovib.recordings.fit.identifiability import identifiability, trades
@@ -36,6 +37,7 @@ _FEW: Final = 400
 _ROUGH: Final = 1e-3
 
 
+@one_thread(with_scipy=True)
 def fit_scenario(
     scenario: Source,
     recordings: Sequence[MeasuredTrace | xarray.Dataset] | MeasuredTrace | xarray.Dataset,

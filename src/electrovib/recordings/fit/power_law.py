@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
+from electrovib.core.budget import one_thread
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.units import KINDS
 from electrovib.data.atomic import Form, csv_text
@@ -154,6 +155,7 @@ class PowerLawFit(Answer, Interval):
         return f"the noise of the points explains the differences between sessions ({compared}): {words}"
 
 
+@one_thread(with_scipy=True)
 def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None = None) -> PowerLawFit:
     """Fit a power law to measured points of one or several sessions.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.budget import one_thread
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.mistakes import near_members
@@ -323,6 +324,7 @@ def compare_fits(fits: Mapping[str, ScenarioFit]) -> FitComparison:
     return FitComparison(candidates=found, sentence=_by_criteria(found))
 
 
+@one_thread(with_scipy=True)
 def weigh(
     fits: Mapping[str, ScenarioFit],
     laws: Mapping[str, str],

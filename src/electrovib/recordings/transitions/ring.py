@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel
+from electrovib.core.budget import one_thread
 from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
 from electrovib.data.atomic import Form
@@ -76,6 +77,7 @@ _AT_LEAST: Final = 500
 """Averages of a section, where it has so many samples."""
 
 
+@one_thread(with_scipy=True)
 def measure_ring(
     record: xarray.Dataset | str | Path,
     *,
@@ -140,6 +142,7 @@ def measure_ring(
     return _measured(chosen, since, start=start, window=window, released=start is None)
 
 
+@one_thread(with_scipy=True)
 def measure_rings(
     record: xarray.Dataset | str | Path, *, quantity: str | None = None, window: float | None = None
 ) -> MeasuredRings:

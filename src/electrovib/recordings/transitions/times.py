@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 import numpy as np
 
 from electrovib.core.answer import Answer, Document
+from electrovib.core.budget import one_thread
 from electrovib.core.deprecation import former_attribute
 from electrovib.core.errors import InputError, refuse
 from electrovib.core.units import format_quantity
@@ -49,6 +50,7 @@ SensorSource: TypeAlias = Sensor | str | None
 """A declared sensor, as an object or as text, ``"estimate"``, or none."""
 
 
+@one_thread(with_scipy=True)
 def measure_times(
     record: xarray.Dataset | str | Path,
     *,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.budget import one_thread
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.solve.diagnostics.probes import LARGEST, MANY, Extremes, Judged, judge, probe_places
@@ -250,7 +251,8 @@ class _DifferenceFit:
         columns = np.concatenate([np.ones((len(s), 1)), self.rates / (s + self.rates)], axis=1)
         self.columns = np.concatenate([columns.real, columns.imag])
         weights = [np.tile(1 / fall, 2) for fall in falls]
-        self.inverses = np.concatenate([_inverses(self.columns, row, smallest) for row in weights])
+        with one_thread():
+            self.inverses = np.concatenate([_inverses(self.columns, row, smallest) for row in weights])
 
     @staticmethod
     @functools.lru_cache(maxsize=16)
