@@ -318,6 +318,12 @@ COPIES = {
 }
 
 
+@pytest.mark.parametrize("values", [[1.0, np.nan, -0.0], [0.0, -0.0, 0.25, -0.0]], ids=["bytes", "decimals"])
+def test_a_packed_text_keeps_every_bit(values):
+    samples = Samples(values)
+    assert Samples.read(samples.packed()) == samples
+
+
 @pytest.mark.parametrize("made", COPIES)
 def test_a_copy_is_the_same_value_and_as_read_only(made):
     samples = Samples([1.0, np.nan, -0.0])

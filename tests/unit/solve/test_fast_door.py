@@ -51,7 +51,7 @@ def test_values_lags_and_states_of_a_march_are_those_of_the_loop(count, seed, ji
     expected, last = march_loop(poles, gains, [0.3, -2.0, 0.0], *drive, lag=lag)
     assert largest(found - expected) < scale
     assert largest(state - last) < scale
-    places = np.unique(np.append(np.arange(0, count + 1, every), count))
+    places = np.unique(np.append(np.arange(0, count + 1, every), [count // 3, count]))
     each = march_loop(poles, np.eye(9), np.zeros(9), *drive)[0][:, places]
     assert largest(states_at(poles, *drive, places) - each) < scale
 
@@ -102,11 +102,13 @@ def test_a_record_in_parts_has_the_outputs_of_the_whole(jitter, jump, cuts):
     given_ = poles, gains, [0.3, 0.0], starts, ends, steps, np.full(9, starts[0])
     whole, state = march(*given_, lag=lag)
     one = March(*given_, lag=lag)
-    parts = [one.through(slice(*cut)) for cut in pairwise(cuts)]
+    parts, states = zip(*((one.through(slice(*cut)), one.state) for cut in pairwise(cuts)), strict=True)
     found = np.concatenate(parts, axis=1)
     scale = np.max(np.abs(whole), axis=1, keepdims=True)
     assert largest((found - whole) / scale) < 1e-13
     assert largest(one.state - state) < 1e-13 * largest(state)
+    at_cuts = states_at(poles, *given_[3:], np.array(cuts[1:]))
+    assert largest(np.array(states).T - at_cuts) < 1e-13 * largest(at_cuts)
 
 
 @pytest.mark.parametrize("steps", [1e-6, None])
