@@ -223,7 +223,7 @@ class Notation:
 
 @dataclass(frozen=True, kw_only=True)
 class Cells:
-    """A column of fields as numbers, NaN where a reading is missing.
+    """A column of fields as numbers, NaN or infinite where a reading is missing.
 
     - `unit`: of fields that hold one each.
     - `missing`: how often which field stands for no reading.
@@ -247,8 +247,6 @@ def numbers_of(column: Any, notation: Notation) -> Cells:
         bad = ~np.isfinite(values)
         endless = np.isinf(values)
         count = {"empty": int(bad.sum() - endless.sum()), "infinite": int(endless.sum())}
-        if endless.any():
-            values = np.where(endless, np.nan, values)
         return Cells(values=values, unit="", missing=_counted(count), rows=none)
     codes, uniques = pd.factorize(column)
     texts = [str(each).strip() for each in uniques]
@@ -263,7 +261,7 @@ def numbers_of(column: Any, notation: Notation) -> Cells:
             missing[text or "empty"] += int(count)
     rows = np.flatnonzero(odd)
     return Cells(
-        values=np.where(np.isinf(values), np.nan, values),
+        values=values,
         unit=unit,
         missing=_counted(missing),
         rows=rows,

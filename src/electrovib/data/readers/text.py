@@ -182,6 +182,7 @@ def _columns(
         numbers[place] = cells.values
         units[place] = cells.unit
         if count := sum(cells.missing.values()):
+            numbers[place] = np.where(np.isfinite(cells.values), cells.values, np.nan)
             words = ", ".join(f"{many} {word}" for word, many in list(cells.missing.items())[:5])
             not_read.append(
                 NotRead(name=f"{count} of {cells.values.size} samples of '{name}'", why=f"missing: {words}")
