@@ -22,7 +22,6 @@ from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -42,7 +41,6 @@ _NO_NUMBERS: Final = {"c": "complex numbers", "S": "text", "U": "text", "O": "ob
 
 
 def table_of_arrays(
-    path: Path,
     arrays: Iterable[_Column],
     *,
     part: str = "",
@@ -76,12 +74,12 @@ def table_of_arrays(
     if origins:
         stated["first_time"] = ", ".join(map(str, origins.values()))
     try:
-        recorded = recorded_of(path, meant, attributes=stated, part=part if meant is columns else "")
+        recorded = recorded_of(meant, attributes=stated, part=part if meant is columns else "")
     except DataFileError as error:
         if part or not not_read:
             raise
         reasons = "; ".join(f"{each.name} ({each.why})" for each in not_read[:_LISTED])
-        raise DataFileError(f"{error.problems[0].reason} Not read: {reasons}.", path=path) from None
+        raise DataFileError(f"{error.problems[0].reason} Not read: {reasons}.") from None
     taken = {each.name for each in recorded.channels} | {each.name for each in recorded.not_read}
     not_read += [
         NotRead(name=name, why=f"it belongs to another part; read it with part = {name}")
@@ -94,7 +92,7 @@ def table_of_arrays(
 
 
 def chosen_columns(
-    path: Path, arrays: Iterable[_Column], columns: Sequence[str | int], *, are_numbered: bool = False
+    arrays: Iterable[_Column], columns: Sequence[str | int], *, are_numbered: bool = False
 ) -> dict[str | int, DataColumn]:
     """Return columns by name, with a unit behind it if the file has none, or by number if they are those of one array."""
     there = list(arrays)
@@ -104,17 +102,15 @@ def chosen_columns(
     origins: dict[str, Any] = {}
     found: dict[str | int, DataColumn] = {}
     for column in columns:
-        (name, unit, values), stated = _chosen(path, table, numbered, column)
+        (name, unit, values), stated = _chosen(table, numbered, column)
         read = in_numbers(values, unit, origins)
         if isinstance(read, str):
-            raise DataFileError(f"{called(name)} {read}.", path=path)
+            raise DataFileError(f"{called(name)} {read}.")
         found[column] = DataColumn(name=name, unit=stated or read[0], values=read[1])
     return found
 
 
-def _chosen(
-    path: Path, table: Sequence[_Column], numbered: Sequence[_Column], column: str | int
-) -> tuple[_Column, str]:
+def _chosen(table: Sequence[_Column], numbered: Sequence[_Column], column: str | int) -> tuple[_Column, str]:
     """Return a column, and the unit that stands behind its name as asked for."""
     names = [name for name, *_ in table]
     listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
@@ -122,20 +118,17 @@ def _chosen(
         numbers = [each for each in numbered if not isinstance(each[2], str)]
         if not 0 <= column < len(numbers):
             how = f"they are numbered 0 to {len(numbers) - 1}" if numbers else "ask by name"
-            why = f"there is no column {column}; {how}. It has: {listed or 'nothing'}."
-            raise DataFileError(why, path=path)
+            raise DataFileError(f"there is no column {column}; {how}. It has: {listed or 'nothing'}.")
         return numbers[column], ""
     name, unit = (column, "") if column in names else name_and_known_unit(column)
     if unit.isdigit() or name not in names:
         if names and all(_NUMBERED.fullmatch(each) for each in names):
-            raise DataFileError(
-                f"has no headings; ask for column '{column}' by its number, 0 first.", path=path
-            )
+            raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
         near = suggestion(column, names)
         why = f"there is no column '{column}'.{near} It has: {listed or 'nothing'}."
-        raise NoColumnError(why, path=path, column=column)
+        raise NoColumnError(why, column=column)
     if names.count(name) > 1:
-        raise DataFileError(f"more than one column is called '{name}'; rename one.", path=path)
+        raise DataFileError(f"more than one column is called '{name}'; rename one.")
     return table[names.index(name)], unit
 
 

@@ -205,25 +205,23 @@ def without_missing_numbers(recorded: Recorded) -> Recorded:
     return dataclasses.replace(recorded, channels=tuple(channels), not_read=(*recorded.not_read, *named))
 
 
-def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
+def choose(headings: Sequence[str], column: str | int, width: int) -> int:
     """Return the number of a column, found by number, by heading, or by heading without the unit."""
     if isinstance(column, int):
         if not 0 <= column < width:
-            raise DataFileError(
-                f"there is no column {column}; they are numbered 0 to {width - 1}.", path=path
-            )
+            raise DataFileError(f"there is no column {column}; they are numbered 0 to {width - 1}.")
         return column
     if not headings:
-        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.", path=path)
+        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
     names = [name_and_known_unit(heading)[0] for heading in headings]
     for known in (list(headings), names):
         if known.count(column) > 1:
-            raise DataFileError(f"more than one column is called '{column}'; give its number.", path=path)
+            raise DataFileError(f"more than one column is called '{column}'; give its number.")
         if column in known:
             return known.index(column)
     listed = ", ".join([name[:60] for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
     why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
-    raise NoColumnError(why, path=path, column=column)
+    raise NoColumnError(why, column=column)
 
 
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
@@ -263,7 +261,6 @@ def check_declared(path: Path, count: int) -> None:
 
 
 def recorded_of(
-    path: Path,
     columns: Sequence[tuple[str, str, Real]],
     *,
     step: float | None = None,
@@ -278,12 +275,12 @@ def recorded_of(
         by_length[each[2].size].append(each)
     lengths = [size for size in by_length if size >= 2]
     if not lengths:
-        raise DataFileError("holds no column of two or more numbers.", path=path)
+        raise DataFileError("holds no column of two or more numbers.")
     named = {name: values.size for name, _, values in columns if values.size >= 2}
     if part and part not in named:
         listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_LISTED])
         raise DataFileError(
-            f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}.", path=path
+            f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}."
         )
     chosen = named[part] if part else max(lengths, key=lambda size: (size * len(by_length[size]), size))
     others = tuple(

@@ -77,7 +77,10 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
     if "decimal_comma" in given:
         given["decimal_comma"] = truth(given["decimal_comma"], "decimal_comma")
-    return without_missing_numbers(chosen.read(path, **given))
+    try:
+        return without_missing_numbers(chosen.read(path, **given))
+    except DataFileError as error:
+        raise error.of_file(path) from None
 
 
 def _check_package(path: Path, chosen: FileFormat) -> None:
@@ -111,7 +114,10 @@ def read_columns(
     _check_package(path, chosen)
     asked = [column for column, _ in wanted.values()]
     read = chosen.columns or functools.partial(_of_recorded, chosen.read)
-    found = read(path, asked, missing)
+    try:
+        found = read(path, asked, missing)
+    except DataFileError as error:
+        raise error.of_file(path) from None
     if len({len(column.values) for column in found.values()}) > 1:
         sizes = ", ".join(f"{column.called} {len(column.values)}" for column in found.values())
         raise DataFileError(f"the columns differ in length: {sizes}.", path=path)
@@ -125,7 +131,7 @@ def _of_recorded(
     del missing
     channels = read(path).channels
     names = [channel.name for channel in channels]
-    return {column: channels[choose(path, names, column, len(names))] for column in asked}
+    return {column: channels[choose(names, column, len(names))] for column in asked}
 
 
 MOST_BYTES: Final = 20_000_000

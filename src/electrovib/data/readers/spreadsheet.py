@@ -37,19 +37,18 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     found = read_by_library(lambda: dict(_sheets(path)), path, "a spreadsheet")
     if part and part not in found:
         raise DataFileError(
-            f"part = {part}: there is no such sheet with content.{suggestion(part, found)} It has {', '.join(found)}.",
-            path=path,
+            f"part = {part}: there is no such sheet with content.{suggestion(part, found)} It has {', '.join(found)}."
         )
     problem: DataFileError | None = None
     for name, content in ({part: found[part]} if part else found).items():
         try:
-            read = read_laboratory_bytes(path, content, delimiter="\t", decimal_comma=False, origin=name)
+            read = read_laboratory_bytes(content, delimiter="\t", decimal_comma=False, origin=name)
         except DataFileError as error:
             problem = problem or error
             continue
         others = (NotRead(name=other, why=OTHER_PART) for other in found if other != name)
         return dataclasses.replace(read, not_read=(*read.not_read, *others))
-    raise problem or DataFileError("holds no rows of numbers.", path=path)
+    raise problem or DataFileError("holds no rows of numbers.")
 
 
 def _declared_size(path: Path) -> int:
@@ -60,9 +59,7 @@ def _declared_size(path: Path) -> int:
     except (*DAMAGE, zipfile.BadZipFile) as error:
         raise damaged(path, "a spreadsheet", error) from None
     if len(entries) > _MOST_ENTRIES:
-        raise DataFileError(
-            f"holds {len(entries)} parts; a spreadsheet has at most {_MOST_ENTRIES}.", path=path
-        )
+        raise DataFileError(f"holds {len(entries)} parts; a spreadsheet has at most {_MOST_ENTRIES}.")
     return sum(entry.file_size for entry in entries)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
-from electrovib.data.text.body import Body, body_of, read_columns
+from electrovib.data.text.body import Body, body_of, cut_off, read_columns
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import BEGINNING, SCALING, Layout, as_utf8, check_width, inspected, split
 from electrovib.data.text.preamble import named_by_preamble, segments_of, settings_of, with_clocks
@@ -49,11 +49,10 @@ def read_laboratory_text(
     An empty `delimiter` stands for blanks. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
-    raw, about, others = _one_table(path, as_utf8(path, path.read_bytes()), part)
+    raw, about, others = _one_table(as_utf8(path.read_bytes()), part)
     if about and delimiter is None:
         delimiter = "\t" if b"\t" in raw else ","
     found = read_laboratory_bytes(
-        path,
         raw,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
@@ -64,58 +63,58 @@ def read_laboratory_text(
     )
 
 
-def read_laboratory_bytes(
-    path: Path, raw: bytes, *, origin: str = "", part: str = "", **options: Any
-) -> Recorded:
+def read_laboratory_bytes(raw: bytes, *, origin: str = "", part: str = "", **options: Any) -> Recorded:
     """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
-    about, others = dict[str, str](), tuple[NotRead, ...]()
+    said, others = dict[str, str](), tuple[NotRead, ...]()
     read = None
     with suppress(DataFileError):  # of a text with several tables, whose rows differ
-        read = _rows(path, raw, **options)
+        read = _rows(raw, **options)
     if part or read is None or not read[2].is_plain or read[0].first > _NO_TABLE_ABOVE:
-        raw, about, others = _repeated_table(path, raw, part)
-        read = read if read and not about else _rows(path, raw, **options)
+        raw, said, others = _repeated_table(raw, part)
+        read = read if read and not said else _rows(raw, **options)
     layout, lines, body = read
-    _refuse_factors(path, layout)
+    _refuse_factors(layout)
     if len(body.table) < _UNEVEN:
-        raise DataFileError("holds fewer than two rows of numbers.", path=path)
+        raise DataFileError("holds fewer than two rows of numbers.")
     stamped = stamp_columns(layout, lines)
-    layout, numbers, not_read = _columns(path, layout, body, stamped)
+    layout, numbers, not_read = _columns(layout, body, stamped)
     first = next(iter(numbers.values()))
     for place in set(body.table.columns) - {*numbers, *stamped} if (np.diff(first) == 0).any() else ():
-        _refuse_turns(path, _called(layout, place), body.table[place])
-    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about
+        _refuse_turns(_called(layout, place), body.table[place])
+    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | said
     found = _recorded(layout, numbers, settings)
     if stamped:
         one, *more = (body.table[at].fillna("").astype(str) for at in stamped)
         stamps = one.str.cat(more, sep=" ") if more else one
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
-    found = _one_segment(path, found, "" if about else part)
+    found = _one_segment(found, "" if said else part)
     surplus = [NotRead(name=name, why="no row has a field below it") for name in layout.surplus]
     surplus += [
         NotRead(name=f"'{line}'", why="a row of statistics above the samples") for line in layout.statistics
     ]
     unread = (*found.not_read, *not_read, *surplus, *_left_out(layout), *body.left_out, *others)
-    return dataclasses.replace(found, not_read=unread)
+    about = found.attributes
+    if not origin and (doubt := cut_off(raw, layout)):
+        about = {**about, "unsure": "; ".join(filter(None, (about.get("unsure"), doubt)))}
+    return dataclasses.replace(found, attributes=about, not_read=unread)
 
 
-def _rows(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
+def _rows(raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
     """Return the layout of a text, lines from which it was found, and its rows."""
-    layout, lines = _layout(path, raw, **options)
-    return layout, lines, body_of(path, raw, layout)
+    layout, lines = _layout(raw, **options)
+    return layout, lines, body_of(raw, layout)
 
 
-def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
+def _layout(raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
     """Return the layout of a text, with lines of which one has its number up to the first row of numbers."""
     for many in (BEGINNING, _LONG_PREAMBLE):
         lines = inspected(raw, many)
-        check_width(path, lines)
-        layout = find_layout(lines, path=path, **options)
+        check_width(lines)
+        layout = find_layout(lines, refuse_doubt=True, **options)
         if layout is not None and layout.first < many:
             return layout, lines
     raise DataFileError(
-        "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...).",
-        path=path,
+        "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...)."
     )
 
 
@@ -130,7 +129,7 @@ def _left_out(layout: Layout) -> list[NotRead]:
     return [NotRead(name=name, why=why if said else "the number of samples of each column")]
 
 
-def _refuse_factors(path: Path, layout: Layout) -> None:
+def _refuse_factors(layout: Layout) -> None:
     """Refuse rows of factors or zeros above the numbers: whether they are applied already, the file does not tell."""
     for line in layout.statistics:
         name, *cells = [cell for cell in split(line, layout.delimiter) if cell]
@@ -138,8 +137,7 @@ def _refuse_factors(path: Path, layout: Layout) -> None:
         if factors and SCALING.fullmatch(name.rstrip(": ")):
             raise DataFileError(
                 f"'{line.strip()[:60]}' stands above the numbers, and the file does not tell whether they are multiplied by it"
-                " already; write the numbers in the units of the headings and remove this line.",
-                path=path,
+                " already; write the numbers in the units of the headings and remove this line."
             )
 
 
@@ -153,7 +151,7 @@ def _heading(layout: Layout, place: int) -> str:
 
 
 def _columns(
-    path: Path, layout: Layout, body: Body, stamped: tuple[int, ...]
+    layout: Layout, body: Body, stamped: tuple[int, ...]
 ) -> tuple[Layout, Mapping[int, Real], list[NotRead]]:
     """Return the layout with the columns that are numbers in all rows, their numbers, and what is not read."""
     numbers: dict[int, Real] = {}
@@ -172,8 +170,7 @@ def _columns(
         if cells.rows.size and _other(layout.notation).is_number(cells.word):
             raise DataFileError(
                 f"column '{name}' holds '{cells.word[:40]}' in line {body.line(int(cells.rows[0]))}, where others are read with"
-                f" {layout.stated}: decimals are written with both signs.",
-                path=path,
+                f" {layout.stated}: decimals are written with both signs."
             )
         if why:
             if why != "empty" or (place < len(layout.titles) and layout.titles[place]):
@@ -191,11 +188,10 @@ def _columns(
         sign = "point" if layout.decimal_comma else "comma"
         raise DataFileError(
             f"{doubted}; if another table begins there, write each into a file of its own; if decimals are written with a"
-            f" {sign}, state it.",
-            path=path,
+            f" {sign}, state it."
         )
     if not numbers:
-        raise DataFileError("holds no column of numbers.", path=path)
+        raise DataFileError("holds no column of numbers.")
     layout = layout.with_columns(tuple(numbers))
     own = tuple(
         units[place] or unit or _unit_beside(layout, body, place + 1)
@@ -204,7 +200,7 @@ def _columns(
     return dataclasses.replace(layout, units=own), numbers, not_read
 
 
-def _refuse_turns(path: Path, name: str, words: Any) -> None:
+def _refuse_turns(name: str, words: Any) -> None:
     """Refuse rows that are of several quantities in turn, as a column of words tells."""
     kinds = [str(each) for each in dict.fromkeys(words[: 2 * _MOST_IN_TURN])]
     count, size = len(kinds), len(words)
@@ -215,8 +211,7 @@ def _refuse_turns(path: Path, name: str, words: Any) -> None:
     ):
         raise DataFileError(
             f"the rows are those of {', '.join(map(repr, kinds))} in turn, as column '{name}' tells; write a column for each, all"
-            " of a row at one time.",
-            path=path,
+            " of a row at one time."
         )
 
 
@@ -290,34 +285,33 @@ _Table: TypeAlias = "tuple[bytes, dict[str, str], tuple[NotRead, ...]]"
 """Text of one table, what is stated of it, and the others."""
 
 
-def _one_table(path: Path, raw: bytes, part: str) -> _Table:
+def _one_table(raw: bytes, part: str) -> _Table:
     """Return one table of a text that holds several; by default that of an impedance spectrum, else the longest one."""
     tables, about = _of_gamry(raw) if _HEAD.match(raw) else _of_versastudio(raw)
-    return _chosen(path, raw, tables, part, about)
+    return _chosen(raw, tables, part, about)
 
 
-def _repeated_table(path: Path, raw: bytes, part: str) -> _Table:
+def _repeated_table(raw: bytes, part: str) -> _Table:
     """Return one of the tables of a text that has several rows of headings, as tribometers write one for each step."""
     tables = _of_headings(raw)
-    return _chosen(path, raw, tables if len(tables) > 1 else {}, part, {})
+    return _chosen(raw, tables if len(tables) > 1 else {}, part, {})
 
 
-def _chosen(path: Path, raw: bytes, tables: Mapping[str, bytes], part: str, about: dict[str, str]) -> _Table:
+def _chosen(raw: bytes, tables: Mapping[str, bytes], part: str, about: dict[str, str]) -> _Table:
     """Return the table that was asked for, else that of a spectrum or the longest one; the whole text if it has none."""
     if not tables:
         return raw, {}, ()
     longest = max(tables, key=lambda name: len(tables[name]))
     chosen = part or (_SPECTRUM if _SPECTRUM in tables else longest)
-    _check(path, chosen, tables)
+    _check(chosen, tables)
     others = {name: len(_ROW.findall(table)) for name, table in tables.items() if name != chosen}
     return tables[chosen], about | {"table": chosen}, _named(others)
 
 
-def _check(path: Path, part: str, known: Collection[str]) -> None:
+def _check(part: str, known: Collection[str]) -> None:
     if part not in known:
         raise DataFileError(
-            f"part = {part}: there is no such table.{suggestion(part, known)} It has {', '.join(list(known)[:20])}.",
-            path=path,
+            f"part = {part}: there is no such table.{suggestion(part, known)} It has {', '.join(list(known)[:20])}."
         )
 
 
@@ -327,20 +321,18 @@ def _named(rows: Mapping[str, int]) -> tuple[NotRead, ...]:
     return tuple(NotRead(name=name, why=why.format(count)) for name, count in rows.items())
 
 
-def _one_segment(path: Path, recorded: Recorded, part: str) -> Recorded:
+def _one_segment(recorded: Recorded, part: str) -> Recorded:
     """Return one of the segments of a record whose times turn back to their beginning; by default the longest one."""
     times = recorded.times() if recorded.time else None
     found = segments_of(times) if times is not None else []
     if len(found) < 2:
         if part:
-            raise DataFileError(
-                f"part = {part}: the file does not consist of parts with names; omit it.", path=path
-            )
+            raise DataFileError(f"part = {part}: the file does not consist of parts with names; omit it.")
         return recorded
     segments = {f"segment {number}": rows for number, rows in enumerate(found, 1)}
     sizes = {name: rows.stop - rows.start for name, rows in segments.items()}
     chosen = part or max(sizes, key=sizes.__getitem__)
-    _check(path, chosen, segments)
+    _check(chosen, segments)
     del sizes[chosen]
     return dataclasses.replace(
         recorded,

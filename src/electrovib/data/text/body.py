@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _MOST_BEHIND: Final = 1000
 """Lines at the end of a text among which rows that are no samples are looked for."""
 _SHOWN: Final = 40
+_FEWEST_ALIKE: Final = 8
+"""Fewest numbers of one form beside which a shorter one at the very end of a text is one that is cut off."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +91,7 @@ def table_of(
         )
 
 
-def body_of(path: Path, raw: bytes, layout: Layout, *, exactly: str = "") -> Body:
+def body_of(raw: bytes, layout: Layout, *, exactly: str = "") -> Body:
     """Read the rows behind the headings; rows of statistics and words at the end are left out, and cut off rows refused.
 
     Of a plain table `exactly` says what has as many fields as every row has to have, and nothing is left out.
@@ -123,7 +125,7 @@ def body_of(path: Path, raw: bytes, layout: Layout, *, exactly: str = "") -> Bod
             return next(itertools.islice(filled, row, None))
 
         return Body(table=table, line=line, left_out=behind)
-    return dataclasses.replace(_uneven(path, rows, start, layout, behind, exactly), commented=not simple)
+    return dataclasses.replace(_uneven(rows, start, layout, behind, exactly), commented=not simple)
 
 
 def _is_even(raw: bytes, start: int, layout: Layout, table: Any, *, exactly: bool) -> bool:
@@ -135,9 +137,7 @@ def _is_even(raw: bytes, start: int, layout: Layout, table: Any, *, exactly: boo
     return False
 
 
-def _uneven(
-    path: Path, raw: bytes, start: int, layout: Layout, behind: tuple[NotRead, ...], exactly: str
-) -> Body:
+def _uneven(raw: bytes, start: int, layout: Layout, behind: tuple[NotRead, ...], exactly: str) -> Body:
     """Read rows with different numbers of fields: lines of words are left out, rows that are cut off refused."""
     import pandas as pd
 
@@ -149,16 +149,14 @@ def _uneven(
             continue
         cells = split(line, layout.delimiter)
         if exactly and len(cells) != layout.width:
-            why = f"line {number} has {len(cells)} fields, but {exactly} {layout.width}."
-            raise DataFileError(why, path=path)
+            raise DataFileError(f"line {number} has {len(cells)} fields, but {exactly} {layout.width}.")
         if len(cells) <= layout.columns[-1]:
             if not any(layout.notation.is_number(cell) for cell in cells):
                 words.append((number, line))
                 continue
             raise DataFileError(
                 f"line {number} has {len(cells)} fields, fewer than the {layout.width} of the other rows: it is cut off,"
-                " or the delimiter is another one; state it.",
-                path=path,
+                " or the delimiter is another one; state it."
             )
         rows.append([cell.replace("\t", " ") for cell in cells])
         numbers.append(number)
@@ -211,6 +209,36 @@ def _is_sample(line: str, layout: Layout, usual: set[str]) -> bool:
     return all(are) and (any(are) or len(cells) >= layout.width)
 
 
+def cut_off(raw: bytes, layout: Layout) -> str:
+    """Say that the last number may be cut off: no line ends behind it, and all above are written in one longer form."""
+    if raw.endswith(b"\n"):
+        return ""
+    begin = max(place_of(raw, layout.first), end_of(raw, _MOST_BEHIND))
+    rows = [split(line, layout.delimiter) for line in lines_of(raw, begin) if line.strip()]
+    place, decimal = layout.columns[-1], layout.notation.decimal
+    *above, last = ([row[place] for row in rows if len(row) == place + 1]) or [""]
+    forms = {_form(cell, decimal) for cell in above}
+    is_fixed = any(
+        decimal in cell and cell.lower().partition("e")[0].endswith("0") for cell in above
+    )  # else zeros are left out
+    if len(above) < _FEWEST_ALIKE or len(forms) > 1 or not is_fixed or len(rows[-1]) != place + 1:
+        return ""
+    decimals, exponent = forms.pop()
+    own = _form(last, decimal)
+    if own[0] >= decimals and own[1] >= exponent:
+        return ""
+    return (
+        f"the last number '{last}': it is shorter than the {len(above)} above, and no line ends behind it: the file may be cut"
+        " off there"
+    )
+
+
+def _form(cell: str, decimal: str) -> tuple[int, int]:
+    """Return the number of decimals of a number, and of the signs of its exponent."""
+    mantissa, _, exponent = cell.lower().partition("e")
+    return len(mantissa.partition(decimal)[2]), len(exponent)
+
+
 def _named(words: list[tuple[int, str]], why: str) -> tuple[NotRead, ...]:
     if not words:
         return ()
@@ -228,18 +256,18 @@ _NAN: Final = re.compile(r"[+-]?nan", re.IGNORECASE)
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns of a plain table: rows of one length below headings and units alone, and nothing but numbers in them."""
-    raw = as_utf8(path, path.read_bytes())
-    layout = _plain_layout(path, raw, [column for column in columns if isinstance(column, str)])
+    raw = as_utf8(path.read_bytes())
+    layout = _plain_layout(raw, [column for column in columns if isinstance(column, str)])
     headings = layout.titles
-    places = [choose(path, headings, column, layout.width) for column in columns]
-    body = body_of(path, raw, layout, exactly="the headings have" if headings else "the first row has")
+    places = [choose(headings, column, layout.width) for column in columns]
+    body = body_of(raw, layout, exactly="the headings have" if headings else "the first row has")
     line = body.line  # alone, because the table is larger
     found: dict[str | int, DataColumn] = {}
     for column, place in zip(columns, places, strict=True):
         label = f"column '{headings[place]}'" if headings else f"column {place}"
         cells = numbers_of(body.table[place], layout.notation)
         if why := _fault(raw, layout, body, cells, place, missing=missing):
-            raise DataFileError(why.format(label), path=path)
+            raise DataFileError(why.format(label))
         stated = name_and_known_unit(headings[place])[1] if headings else ""
         found[column] = DataColumn(
             name=label,
@@ -267,18 +295,17 @@ def _fault(raw: bytes, layout: Layout, body: Body, cells: Cells, place: int, *, 
     )
 
 
-def _plain_layout(path: Path, raw: bytes, names: Sequence[str]) -> Layout:
+def _plain_layout(raw: bytes, names: Sequence[str]) -> Layout:
     """Return the layout of a plain table; there are no headings if the first row has numbers that are none of the `names`."""
     rows = ((at, row) for at, row in enumerate(lines_of(raw)) if row.strip() and not is_comment(row))
     inspected = dict(itertools.islice(rows, _INSPECTED))
     places, first = list(inspected), list(inspected.values())
     if not first:
-        raise DataFileError("holds no rows, only comments or blank lines.", path=path)
+        raise DataFileError("holds no rows, only comments or blank lines.")
     for at, row in inspected.items():
         if len(row) > _LONGEST_ROW:
-            why = f"line {at + 1} has {len(row)} characters; a table has a row per sample."
-            raise DataFileError(why, path=path)
-    check_width(path, first)
+            raise DataFileError(f"line {at + 1} has {len(row)} characters; a table has a row per sample.")
+    check_width(first)
     delimiter = _delimiter(first)
     second = split(first[1], delimiter) if len(first) > 1 else []
     top = split(first[0], delimiter)
@@ -295,7 +322,7 @@ def _plain_layout(path: Path, raw: bytes, names: Sequence[str]) -> Layout:
         if any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second):
             units = [cell[1:-1].strip() for cell in second]
     else:
-        _refuse_mixture(path, top, second)
+        _refuse_mixture(top, second)
         top = split(first[0], delimiter)
     begin = are_headings + bool(units)
     return Layout(
@@ -317,14 +344,13 @@ def _delimiter(lines: Sequence[str]) -> str:
     return next((sign for sign in "\t;," if sign in lines[0]), "")
 
 
-def _refuse_mixture(path: Path, top: Sequence[str], second: Sequence[str]) -> None:
+def _refuse_mixture(top: Sequence[str], second: Sequence[str]) -> None:
     """Refuse a first row that holds words above numbers, and numbers."""
     for above, below in zip(top, second, strict=False):
         if above and not _is_number(above) and _is_number(below):
             raise DataFileError(
                 f"the first row has '{above[:40]}' above a number and is neither headings nor data; mend it or begin it"
-                " with '#'.",
-                path=path,
+                " with '#'."
             )
 
 

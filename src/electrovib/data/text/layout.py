@@ -8,7 +8,6 @@ import itertools
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 from electrovib.core.errors import DataFileError
@@ -67,12 +66,12 @@ _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 """First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
 
-def as_utf8(path: Path, raw: bytes) -> bytes:
+def as_utf8(raw: bytes) -> bytes:
     """Return a text in UTF-8 with line feeds, whatever its encoding; bytes that are none are refused."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         raw = raw.decode("utf-16", errors="replace").encode(errors="replace")
     elif b"\0" in raw[:_NO_TEXT]:
-        raise DataFileError("is not a text file; it holds zero bytes.", path=path)
+        raise DataFileError("is not a text file; it holds zero bytes.")
     elif not raw.isascii():
         try:
             raw.decode()
@@ -91,14 +90,13 @@ def is_comment(line: str) -> bool:
     return text.startswith("#") and re.split(r"[\t;,| ]", text, maxsplit=1)[0].lower() not in MISSING
 
 
-def check_width(path: Path, lines: Sequence[str]) -> None:
+def check_width(lines: Sequence[str]) -> None:
     """Refuse a text with more columns than any record of signals has; a comment may be as long as it likes."""
     for line in lines:
         widths = (len(line.split(sign.strip(" ") or None, MOST_COLUMNS)) for sign in DELIMITERS)
         if not is_comment(line) and max(widths) > MOST_COLUMNS:
             raise DataFileError(
-                f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
-                path=path,
+                f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal."
             )
 
 
