@@ -26,12 +26,13 @@ if TYPE_CHECKING:
 MOST_COLUMNS: Final = 1024
 """Columns of a file of text or of an array."""
 _MOST_LISTED: Final = 20
-OTHER_PART: Final = "another part; choose it with part (--set part=NAME)"
+_NUMBERED: Final = re.compile(r"column \d+")
+"""Name of a column without a heading."""
 
 
 def called(name: str) -> str:
     """Return what a column is called in a message."""
-    return name if re.fullmatch(r"column \d+", name) else f"column '{name}'"
+    return name if _NUMBERED.fullmatch(name) else f"column '{name}'"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,21 +206,32 @@ def without_missing_numbers(recorded: Recorded) -> Recorded:
     return dataclasses.replace(recorded, channels=tuple(channels), not_read=(*recorded.not_read, *named))
 
 
-def choose(headings: Sequence[str], column: str | int, width: int) -> int:
-    """Return the number of a column, found by number, by heading, or by heading without the unit."""
+def choose(
+    names: Sequence[str], column: str | int, numbered: Sequence[int], headings: Sequence[str] = ()
+) -> tuple[int, str]:
+    """Return the place of a column, and the unit behind the name that is asked for.
+
+    It is found by its number among the `numbered` places, by its heading, if that holds more, or by its name.
+    """
+    listed = ", ".join([name[:60] for name in names if name][:_MOST_LISTED]) or "nothing"
+    listed += ", ..." if len(names) > _MOST_LISTED else ""
     if isinstance(column, int):
-        if not 0 <= column < width:
-            raise DataFileError(f"there is no column {column}; they are numbered 0 to {width - 1}.")
-        return column
-    if not headings:
+        if not 0 <= column < len(numbered):
+            how = (
+                f"they are numbered 0 to {len(numbered) - 1}"
+                if numbered
+                else f"ask by name. It has: {listed}"
+            )
+            raise DataFileError(f"there is no column {column}; {how}.")
+        return numbered[column], ""
+    if names and all(map(_NUMBERED.fullmatch, names)):
         raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
-    names = [name_and_known_unit(heading)[0] for heading in headings]
-    for known in (list(headings), names):
-        if known.count(column) > 1:
-            raise DataFileError(f"more than one column is called '{column}'; give its number.")
-        if column in known:
-            return known.index(column)
-    listed = ", ".join([name[:60] for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
+    wanted, unit = name_and_known_unit(column)
+    for known, name, stated in ((headings, column, ""), (names, column, ""), (names, wanted, unit)):
+        if list(known).count(name) > 1:
+            raise DataFileError(f"more than one column is called '{name}'; give its number, or rename one.")
+        if name in known and not stated.isdigit():
+            return list(known).index(name), stated
     why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
     raise NoColumnError(why, column=column)
 
@@ -250,6 +262,22 @@ def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
             f" its sensitivity with scale, such as '1.5 {unit}/{found.unit}'."
         )
     return found
+
+
+def one_part(
+    parts: Mapping[str, int], part: str, otherwise: str, what: str = "table"
+) -> tuple[str, tuple[NotRead, ...]]:
+    """Return the part of a file that is asked for, or another one, and the parts that are not read, by their numbers of rows."""
+    chosen = part or otherwise
+    if chosen not in parts:
+        listed = ", ".join(list(parts)[:_MOST_LISTED])
+        raise DataFileError(
+            f"part = {part}: there is no such {what}.{suggestion(part, parts)} It has {listed}."
+        )
+    why = "another part of {} rows; choose it with part (--set part=NAME)"
+    return chosen, tuple(
+        NotRead(name=name, why=why.format(rows)) for name, rows in parts.items() if name != chosen
+    )
 
 
 def check_declared(path: Path, count: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import importlib.util
 import pkgutil
@@ -130,8 +131,12 @@ def _of_recorded(
     """Choose columns of a format that has no other access to them."""
     del missing
     channels = read(path).channels
-    names = [channel.name for channel in channels]
-    return {column: channels[choose(names, column, len(names))] for column in asked}
+    names, numbered = [channel.name for channel in channels], range(len(channels))
+    chosen = {column: choose(names, column, numbered) for column in asked}
+    return {
+        column: dataclasses.replace(channels[place], unit=channels[place].unit or unit)
+        for column, (place, unit) in chosen.items()
+    }
 
 
 MOST_BYTES: Final = 20_000_000

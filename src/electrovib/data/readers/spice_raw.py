@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.recorded import FileFormat, NotRead, begins, recorded_of
+from electrovib.core.errors import DataFileError
+from electrovib.data.recorded import FileFormat, begins, one_part, recorded_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -41,12 +41,9 @@ def read_spice_raw(path: Path, *, part: str = "") -> Recorded:
 
 def chosen_run(runs: dict[str, list[Column]], part: str) -> Recorded:
     """Return the run that is asked for, else the first of two or more points."""
-    if part and part not in runs:
-        listed = f"{suggestion(part, runs)} It has {', '.join(list(runs)[:20])}"
-        raise DataFileError(f"part = {part}: there is no such plot or run.{listed}.")
-    name = part or max(runs, key=lambda each: runs[each][0][2].size > 1)
-    why = f"'{name}' is read; choose another plot or run with part = NAME"
-    others = tuple(NotRead(name=each, why=why) for each in runs if each != name)
+    sizes = {name: table[0][2].size for name, table in runs.items()}
+    first = max(runs, key=lambda each: sizes[each] > 1)
+    name, others = one_part(sizes, part, first, "plot or run")
     return recorded_of(runs[name], attributes={"table": name}, not_read=others)
 
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
+from electrovib.core.errors import DataFileError
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, one_part, unique
 from electrovib.data.text.body import Body, body_of, cut_off, read_columns
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import BEGINNING, SCALING, Layout, as_utf8, check_width, inspected, split
@@ -20,7 +20,7 @@ from electrovib.data.text.stamps import stamp_columns, with_stamps
 from electrovib.data.unit_words import Cells, Notation, as_unit, numbers_of
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from electrovib.core.arrays import Real
@@ -49,28 +49,29 @@ def read_laboratory_text(
     An empty `delimiter` stands for blanks. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
-    raw, about, others = _one_table(as_utf8(path.read_bytes()), part)
+    raw = as_utf8(path.read_bytes())
+    return read_laboratory_bytes(raw, delimiter=delimiter, decimal_comma=decimal_comma, part=part)
+
+
+def read_laboratory_bytes(
+    raw: bytes,
+    *,
+    origin: str = "",
+    part: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+) -> Recorded:
+    """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
+    raw, about, others = _one_table(raw, part)
     if about and delimiter is None:
         delimiter = "\t" if b"\t" in raw else ","
-    found = read_laboratory_bytes(
-        raw,
-        delimiter=delimiter,
-        decimal_comma=decimal_comma,
-        part="" if about else part,
-    )
-    return dataclasses.replace(
-        found, attributes={**found.attributes, **about}, not_read=(*found.not_read, *others)
-    )
-
-
-def read_laboratory_bytes(raw: bytes, *, origin: str = "", part: str = "", **options: Any) -> Recorded:
-    """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
-    said, others = dict[str, str](), tuple[NotRead, ...]()
-    read = None
+    options: dict[str, Any] = {"delimiter": delimiter, "decimal_comma": decimal_comma}
+    read, said = None, dict[str, str]()
     with suppress(DataFileError):  # of a text with several tables, whose rows differ
         read = _rows(raw, **options)
-    if part or read is None or not read[2].is_plain or read[0].first > _NO_TABLE_ABOVE:
-        raw, said, others = _repeated_table(raw, part)
+    if (part and not about) or read is None or not read[2].is_plain or read[0].first > _NO_TABLE_ABOVE:
+        raw, said, more = _repeated_table(raw, "" if about else part)
+        others += more
         read = read if read and not said else _rows(raw, **options)
     layout, lines, body = read
     _refuse_factors(layout)
@@ -84,19 +85,15 @@ def read_laboratory_bytes(raw: bytes, *, origin: str = "", part: str = "", **opt
     settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | said
     found = _recorded(layout, numbers, settings)
     if stamped:
-        one, *more = (body.table[at].fillna("").astype(str) for at in stamped)
-        stamps = one.str.cat(more, sep=" ") if more else one
+        one, *more_stamps = (body.table[at].fillna("").astype(str) for at in stamped)
+        stamps = one.str.cat(more_stamps, sep=" ") if more_stamps else one
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
-    found = _one_segment(found, "" if said else part)
-    surplus = [NotRead(name=name, why="no row has a field below it") for name in layout.surplus]
-    surplus += [
-        NotRead(name=f"'{line}'", why="a row of statistics above the samples") for line in layout.statistics
-    ]
-    unread = (*found.not_read, *not_read, *surplus, *_left_out(layout), *body.left_out, *others)
-    about = found.attributes
+    found = _one_segment(found, "" if about or said else part)
+    stated = {**found.attributes, **about}
     if not origin and (doubt := cut_off(raw, layout)):
-        about = {**about, "unsure": "; ".join(filter(None, (about.get("unsure"), doubt)))}
-    return dataclasses.replace(found, attributes=about, not_read=unread)
+        stated["unsure"] = "; ".join(filter(None, (stated.get("unsure"), doubt)))
+    unread = (*found.not_read, *not_read, *layout.not_read, *body.left_out, *others)
+    return dataclasses.replace(found, attributes=stated, not_read=unread)
 
 
 def _rows(raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
@@ -116,17 +113,6 @@ def _layout(raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
     raise DataFileError(
         "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...)."
     )
-
-
-def _left_out(layout: Layout) -> list[NotRead]:
-    """Name the rows at the beginning that hold words in place of numbers."""
-    rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
-    if not layout.left_out:
-        return []
-    name = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
-    said = next((cell for row in layout.faulty for cell in row if not layout.notation.is_number(cell)), "")
-    why = f"words in place of numbers, the first '{said[:40]}'"
-    return [NotRead(name=name, why=why if said else "the number of samples of each column")]
 
 
 def _refuse_factors(layout: Layout) -> None:
@@ -302,23 +288,9 @@ def _chosen(raw: bytes, tables: Mapping[str, bytes], part: str, about: dict[str,
     if not tables:
         return raw, {}, ()
     longest = max(tables, key=lambda name: len(tables[name]))
-    chosen = part or (_SPECTRUM if _SPECTRUM in tables else longest)
-    _check(chosen, tables)
-    others = {name: len(_ROW.findall(table)) for name, table in tables.items() if name != chosen}
-    return tables[chosen], about | {"table": chosen}, _named(others)
-
-
-def _check(part: str, known: Collection[str]) -> None:
-    if part not in known:
-        raise DataFileError(
-            f"part = {part}: there is no such table.{suggestion(part, known)} It has {', '.join(list(known)[:20])}."
-        )
-
-
-def _named(rows: Mapping[str, int]) -> tuple[NotRead, ...]:
-    """Name the parts that were not chosen, with their numbers of rows."""
-    why = "another part of {} rows; choose it with part (--set part=NAME)"
-    return tuple(NotRead(name=name, why=why.format(count)) for name, count in rows.items())
+    rows = {name: len(_ROW.findall(table)) for name, table in tables.items()}
+    chosen, others = one_part(rows, part, _SPECTRUM if _SPECTRUM in tables else longest)
+    return tables[chosen], about | {"table": chosen}, others
 
 
 def _one_segment(recorded: Recorded, part: str) -> Recorded:
@@ -331,9 +303,7 @@ def _one_segment(recorded: Recorded, part: str) -> Recorded:
         return recorded
     segments = {f"segment {number}": rows for number, rows in enumerate(found, 1)}
     sizes = {name: rows.stop - rows.start for name, rows in segments.items()}
-    chosen = part or max(sizes, key=sizes.__getitem__)
-    _check(chosen, segments)
-    del sizes[chosen]
+    chosen, others = one_part(sizes, part, max(sizes, key=sizes.__getitem__))
     return dataclasses.replace(
         recorded,
         channels=tuple(
@@ -341,7 +311,7 @@ def _one_segment(recorded: Recorded, part: str) -> Recorded:
             for each in recorded.channels
         ),
         attributes={**recorded.attributes, "table": chosen},
-        not_read=(*recorded.not_read, *_named(sizes)),
+        not_read=(*recorded.not_read, *others),
     )
 
 

@@ -259,19 +259,21 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
     raw = as_utf8(path.read_bytes())
     layout = _plain_layout(raw, [column for column in columns if isinstance(column, str)])
     headings = layout.titles
-    places = [choose(headings, column, layout.width) for column in columns]
+    named = [name_and_known_unit(heading) for heading in headings]
+    named = named or [(f"column {at}", "") for at in range(layout.width)]
+    names = [name for name, _ in named]
+    places = [choose(names, column, range(layout.width), headings) for column in columns]
     body = body_of(raw, layout, exactly="the headings have" if headings else "the first row has")
     line = body.line  # alone, because the table is larger
     found: dict[str | int, DataColumn] = {}
-    for column, place in zip(columns, places, strict=True):
-        label = f"column '{headings[place]}'" if headings else f"column {place}"
+    for column, (place, asked) in zip(columns, places, strict=True):
+        label = f"column '{headings[place]}'" if headings else names[place]
         cells = numbers_of(body.table[place], layout.notation)
         if why := _fault(raw, layout, body, cells, place, missing=missing):
             raise DataFileError(why.format(label))
-        stated = name_and_known_unit(headings[place])[1] if headings else ""
         found[column] = DataColumn(
             name=label,
-            unit=cells.unit or stated or "".join(layout.title_units[place : place + 1]),
+            unit=cells.unit or named[place][1] or "".join(layout.title_units[place : place + 1]) or asked,
             values=cells.values,
             label=label,
             place=lambda row: f"line {line(row)}",
