@@ -78,6 +78,8 @@ TABS = 't [V]\tf [V]\tu [V]\n1\t5\t"6"\n2\t3\t"1"\n3\t1\t"9"\n4\t1\t"0"\n5\t7\t"
         ("a; b [V]; c\n; 1; 64\n; ; 8\n; ; 98\n; -6; 67\n-1; ; 32\n", "b", [1, np.nan, np.nan, -6, np.nan]),
         ('t [V], c, a b [V]\n5, abc, "-1"\n, start, "9"\n0.1, x, "-2"\n', "t", [5, np.nan, 0.1]),
         (TABS, "f", [5, 3, 1, 1, 7]),
+        # two blanks divide the columns; pandas warned, which reached the user
+        ("Probe position [V]  Drive out [V]\n1  5\n2  3\n3  1\n", "Drive out", [5, 3, 1]),
         (",x [V],when\n0,1,2024-01-01\n1,2,2024-01-02\n", "x", [1, 2]),
         ("time,1,2\n0,5,6\n1,7,8\n", "2", [6, 8]),
         ("field[gap],field[gap]2 [V]\n1,2\n3,4\n", "field[gap]", [1, 3]),
