@@ -211,6 +211,10 @@ class Notation:
         """Return whether a field is a number or a reading that is missing."""
         return self.number(cell) is not None
 
+    def states(self, cell: str) -> bool:
+        """Return whether a field is a number, with its unit or without one, or a reading that is missing."""
+        return self.is_number(cell) or self.quantity(cell) is not None
+
     def quantity(self, cell: str) -> tuple[float, str] | None:
         """Return the number and the unit of a field such as ``1.2 us``; None if it is none."""
         found = _UNIT.fullmatch(cell.translate(ALIKE)) if len(cell) <= _LONGEST else None

@@ -12,7 +12,7 @@ from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import chosen_columns, table_of_arrays
 from electrovib.data.guarded import DAMAGE, damaged, packed
-from electrovib.data.recorded import MOST_COLUMNS, CanRead, FileFormat
+from electrovib.data.recorded import MOST_COLUMNS, FileFormat, begins
 from electrovib.data.unit_words import name_and_unit
 
 if TYPE_CHECKING:
@@ -101,16 +101,10 @@ def read_numpy(path: Path, *, part: str = "") -> Recorded:
     return table_of_arrays(arrays, part=part, attributes=attributes)
 
 
-def _can_read(head: bytes, suffix: str) -> CanRead:
-    if head.startswith(b"\x93NUMPY") or (head.startswith(b"PK") and b".npy" in head):
-        return CanRead.YES
-    return CanRead.PERHAPS if suffix in (".npy", ".npz") else CanRead.NO
-
-
 FORMAT: Final = FileFormat(
     name="numpy",
     description="NumPy arrays (.npy, .npz): a row per sample, a structured array, or several arrays",
-    can_read=_can_read,
+    can_read=begins(rb"\x93NUMPY|PK.*\.npy", ".npy", ".npz"),
     read=read_numpy,
     columns=read_columns,
     options=("part",),

@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import re
-from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
 _UNEVEN: Final = 2
 _SETTINGS: Final = 0.1
 """Share of the rows below which the numbers of a further column are settings beside the first rows."""
-_NO_TABLE_ABOVE: Final = 3
-"""Most lines above the rows of numbers that cannot hold another table: headings and two rows, and headings again."""
 _MOST_IN_TURN: Final = 20
 """Most quantities of which a text has a row each in turn."""
 _LONG_PREAMBLE: Final = 20_000
@@ -62,18 +59,11 @@ def read_laboratory_bytes(
     decimal_comma: bool | None = None,
 ) -> Recorded:
     """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
-    raw, about, others = _one_table(raw, part)
-    if about and delimiter is None:
-        delimiter = "\t" if b"\t" in raw else ","
-    options: dict[str, Any] = {"delimiter": delimiter, "decimal_comma": decimal_comma}
-    read, said = None, dict[str, str]()
-    with suppress(DataFileError):  # of a text with several tables, whose rows differ
-        read = _rows(raw, **options)
-    if (part and not about) or read is None or not read[2].is_plain or read[0].first > _NO_TABLE_ABOVE:
-        raw, said, more = _repeated_table(raw, "" if about else part)
-        others += more
-        read = read if read and not said else _rows(raw, **options)
-    layout, lines, body = read
+    raw, about, others, sign = _one_table(raw, part)
+    layout, lines = _layout(
+        raw, delimiter=sign if delimiter is None else delimiter, decimal_comma=decimal_comma
+    )
+    body = body_of(raw, layout)
     _refuse_factors(layout)
     if len(body.table) < _UNEVEN:
         raise DataFileError("holds fewer than two rows of numbers.")
@@ -82,24 +72,18 @@ def read_laboratory_bytes(
     first = next(iter(numbers.values()))
     for place in set(body.table.columns) - {*numbers, *stamped} if (np.diff(first) == 0).any() else ():
         _refuse_turns(_called(layout, place), body.table[place])
-    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | said
+    settings = settings_of(layout) | ({"sheet": origin} if origin else {})
     found = _recorded(layout, numbers, settings)
     if stamped:
         one, *more_stamps = (body.table[at].fillna("").astype(str) for at in stamped)
         stamps = one.str.cat(more_stamps, sep=" ") if more_stamps else one
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
-    found = _one_segment(found, "" if about or said else part)
-    stated = {**found.attributes, **about}
+    found = _one_segment(found, "" if about else part)
+    stated = {**about, **found.attributes}
     if not origin and (doubt := cut_off(raw, layout)):
         stated["unsure"] = "; ".join(filter(None, (stated.get("unsure"), doubt)))
     unread = (*found.not_read, *not_read, *layout.not_read, *body.left_out, *others)
     return dataclasses.replace(found, attributes=stated, not_read=unread)
-
-
-def _rows(raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
-    """Return the layout of a text, lines from which it was found, and its rows."""
-    layout, lines = _layout(raw, **options)
-    return layout, lines, body_of(raw, layout)
 
 
 def _layout(raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
@@ -267,30 +251,21 @@ _ROW: Final = re.compile(rb"^[ \t;,\"(]*(?:[+-]|\xe2\x88\x92)? *[.,]?\d", re.MUL
 """Beginning of a row of numbers."""
 
 
-_Table: TypeAlias = "tuple[bytes, dict[str, str], tuple[NotRead, ...]]"
-"""Text of one table, what is stated of it, and the others."""
+def _one_table(raw: bytes, part: str) -> tuple[bytes, dict[str, str], tuple[NotRead, ...], str | None]:
+    """Return one table of a text, what is stated of it, the others, and its delimiter where the format prescribes one.
 
-
-def _one_table(raw: bytes, part: str) -> _Table:
-    """Return one table of a text that holds several; by default that of an impedance spectrum, else the longest one."""
+    It is the one that was asked for, else that of a spectrum or the longest one; the whole text if it has no several.
+    """
     tables, about = _of_gamry(raw) if _HEAD.match(raw) else _of_versastudio(raw)
-    return _chosen(raw, tables, part, about)
-
-
-def _repeated_table(raw: bytes, part: str) -> _Table:
-    """Return one of the tables of a text that has several rows of headings, as tribometers write one for each step."""
-    tables = _of_headings(raw)
-    return _chosen(raw, tables if len(tables) > 1 else {}, part, {})
-
-
-def _chosen(raw: bytes, tables: Mapping[str, bytes], part: str, about: dict[str, str]) -> _Table:
-    """Return the table that was asked for, else that of a spectrum or the longest one; the whole text if it has none."""
-    if not tables:
-        return raw, {}, ()
+    marked = bool(tables)
+    tables = tables or _of_headings(raw)
+    if not marked and len(tables) < 2:
+        return raw, {}, (), None
     longest = max(tables, key=lambda name: len(tables[name]))
     rows = {name: len(_ROW.findall(table)) for name, table in tables.items()}
     chosen, others = one_part(rows, part, _SPECTRUM if _SPECTRUM in tables else longest)
-    return tables[chosen], about | {"table": chosen}, others
+    sign = ("\t" if b"\t" in tables[chosen] else ",") if marked else None
+    return tables[chosen], about | {"table": chosen}, others, sign
 
 
 def _one_segment(recorded: Recorded, part: str) -> Recorded:
@@ -374,11 +349,7 @@ def _fields(line: bytes, sign: bytes | None) -> list[str]:
 def _has_number(fields: Sequence[str]) -> bool:
     """Return whether one of the fields is a number, or stands for a reading that is missing."""
     notations = [Notation(decimal=sign) for sign in ".,"]
-    return any(
-        each and (notation.is_number(each) or notation.quantity(each) is not None)
-        for each in fields
-        for notation in notations
-    )
+    return any(each and notation.states(each) for each in fields for notation in notations)
 
 
 def _of_gamry(raw: bytes) -> tuple[dict[str, bytes], dict[str, str]]:

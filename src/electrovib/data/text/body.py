@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import io
 import itertools
 import re
@@ -46,22 +45,11 @@ _FEWEST_ALIKE: Final = 8
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """The rows of a text: a table of pandas with numbered columns, the line of a row from 1, and what is left out.
-
-    `commented` rows have comments among them.
-    """
+    """The rows of a text: a table of pandas with numbered columns, the line of a row from 1, and what is left out."""
 
     table: Any
     line: Callable[[int], int]
     left_out: tuple[NotRead, ...] = ()
-    commented: bool = False
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether there are numbers in all fields of all lines, so that no line divides the text into tables."""
-        return (
-            not self.left_out and not self.commented and all(each.kind in "fiu" for each in self.table.dtypes)
-        )
 
 
 def table_of(
@@ -125,7 +113,7 @@ def body_of(raw: bytes, layout: Layout, *, exactly: str = "") -> Body:
             return next(itertools.islice(filled, row, None))
 
         return Body(table=table, line=line, left_out=behind)
-    return dataclasses.replace(_uneven(rows, start, layout, behind, exactly), commented=not simple)
+    return _uneven(rows, start, layout, behind, exactly)
 
 
 def _is_even(raw: bytes, start: int, layout: Layout, table: Any, *, exactly: bool) -> bool:
@@ -205,7 +193,7 @@ def _is_sample(line: str, layout: Layout, usual: set[str]) -> bool:
         return False
     numbers = [cells[at] for at in layout.columns if at < len(cells) and cells[at]]
     notation = layout.notation
-    are = [notation.is_number(cell) or notation.quantity(cell) is not None for cell in numbers]
+    are = [notation.states(cell) for cell in numbers]
     return all(are) and (any(are) or len(cells) >= layout.width)
 
 

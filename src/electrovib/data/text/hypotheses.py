@@ -231,7 +231,7 @@ def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> t
     found = []
     for place in range(width):
         cells = [row[place] for row in rows if place < len(row) and row[place]]
-        are = [notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells]
+        are = [notation.states(cell) for cell in cells]
         enough = sum(are) > 1 or len(rows) < _FEW
         if enough and 2 * sum(are) + bool(are and are[-1]) > len(cells):  # headings stand above numbers
             found.append(place)
@@ -243,9 +243,7 @@ def _is_alike(row: Sequence[str], columns: Sequence[int], notation: Notation) ->
     if len(row) <= columns[-1]:
         return False
     cells = [row[at] for at in columns if row[at]]
-    return bool(cells) and all(
-        notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells
-    )
+    return bool(cells) and all(notation.states(cell) for cell in cells)
 
 
 def _is_stamp_alone(row: Sequence[str], columns: Sequence[int], width: int) -> bool:
