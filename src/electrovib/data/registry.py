@@ -107,7 +107,7 @@ def read_columns(
     """Read the wanted columns of a measured file, converted to SI.
 
     `wanted` maps a name to heading, or number from 0, and unit; a unit in the file has priority over it, and
-    must be of the same kind. With `missing`, NaN, infinities and empty fields of text (as NaN) are accepted.
+    must be of the same kind. With `missing`, NaN, infinities and fields of text that state no reading (as NaN) are accepted.
     Text has lines of ``#`` as comments; of a ``.mat`` file ``"name[3]"`` is column 3 of the array ``name``,
     and ``"trial.force"`` a field of a struct.
     """

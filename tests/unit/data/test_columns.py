@@ -68,6 +68,27 @@ def test_columns_by_number_and_a_first_row_in_quotes_that_is_no_heading(tmp_path
     np.testing.assert_array_equal(found["v"], VOLTAGE)
 
 
+@pytest.mark.parametrize(
+    "rows",
+    ["0 us,1 V\n77 us,-2.5 V\n156 us,300 V\n", "0.0D+00,1\n77,-2.5\n1.56D+02,3D+02\n", "+ 0,1\n77,- 2.5\n156,+ 300\n",
+     "0,1\n77,\u22122.5\n156,3e2\n"],
+)  # fmt: skip
+def test_numbers_that_instruments_write_otherwise_are_read_with_and_without_headings(tmp_path, rows):
+    """They were refused here and read on import; the first row must not be taken for headings."""
+    check(read_columns(written(tmp_path, rows), BY_NUMBER))
+    check(read_columns(written(tmp_path, "time [us],voltage [V]\n" + rows), WANTED))
+
+
+def test_a_row_that_begins_with_a_missing_reading_is_no_comment(tmp_path):
+    """It was left out without a word, because #N/A begins like a comment."""
+    path = written(tmp_path, "F [N],t [s]\n1,0\n#N/A,1\n# a comment\n3,2\n")
+    found = read_columns(path, {"F": ("F", "N"), "t": ("t", "s")}, missing=True)
+    np.testing.assert_array_equal(found["F"], [1, np.nan, 3])
+    np.testing.assert_array_equal(found["t"], [0, 1, 2])
+    with pytest.raises(DataFileError, match=r"line 3, column 'F \[N\]': '#N/A' is not a number"):
+        read_columns(path, {"F": ("F", "N")})
+
+
 TABS = 't [V]\tf [V]\tu [V]\n1\t5\t"6"\n2\t3\t"1"\n3\t1\t"9"\n4\t1\t"0"\n5\t7\t"7";2\n'
 
 

@@ -30,7 +30,7 @@ from electrovib.data.text.layout import (
     place_of,
     split,
 )
-from electrovib.data.unit_words import Cells, name_and_known_unit, numbers_of
+from electrovib.data.unit_words import Cells, Notation, name_and_known_unit, numbers_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -239,7 +239,9 @@ _LONGEST_ROW: Final = 1_000_000
 _INSPECTED: Final = 12
 """Rows of a plain table from which its layout follows."""
 _WITH_COMMA: Final = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
-_NAN: Final = re.compile(r"[+-]?nan", re.IGNORECASE)
+_NAN: Final = re.compile(r"[+-]?(nan|inf(inity)?)", re.IGNORECASE)
+_POINT: Final = Notation()
+"""How a plain table writes numbers."""
 
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
@@ -303,9 +305,9 @@ def _plain_layout(raw: bytes, names: Sequence[str]) -> Layout:
         words = [first[0].strip()] if len(second) == 1 else WORD_WITH_UNIT.findall(first[0])
         top = [word.strip('"') for word in words]
     units = list[str]()
-    are_headings = not any(map(_is_number, top)) or not {
-        name for cell in top for name in (cell, name_and_known_unit(cell)[0])
-    }.isdisjoint(names)
+    are_headings = not any(
+        itertools.starmap(_is_number, itertools.zip_longest(top, second[: len(top)], fillvalue=""))
+    ) or not {name for cell in top for name in (cell, name_and_known_unit(cell)[0])}.isdisjoint(names)
     if are_headings:
         while not top[-1] and len(top) > max(1, len(second)):
             top = top[:-1]  # a delimiter after the last heading
@@ -344,10 +346,9 @@ def _refuse_mixture(top: Sequence[str], second: Sequence[str]) -> None:
             )
 
 
-def _is_number(cell: str) -> bool:
-    """Return whether a field states a number, not that one is missing."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return cell.isascii() and "_" not in cell
+def _is_number(cell: str, below: str = "") -> bool:
+    """Return whether a field states a number, or one with its unit as the field below it does; one in brackets may be a name."""
+    number = _POINT.number(cell)
+    if _NAN.fullmatch(cell) or (number is not None and not np.isnan(number) and not cell.startswith("(")):
+        return True
+    return bool(below) and _POINT.quantity(cell) is not None and _POINT.quantity(below) is not None
