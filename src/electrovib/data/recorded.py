@@ -39,32 +39,26 @@ def called(name: str) -> str:
 class DataColumn:
     """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty.
 
-    For messages, `label` is what the column is called, and `place` names a row, or is the word for one.
+    For messages, `place` names a row, or is the word for one.
     """
 
     name: str
     unit: str
     values: Real
-    label: str = ""
     place: str | Callable[[int], str] = "row"
-
-    @property
-    def called(self) -> str:
-        """What the column is called in a message."""
-        return self.label or called(self.name)
 
     def in_si(self, path: Path, asked: str, *, missing: bool = False) -> Real:
         """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them."""
         if len(self.values) < 2:
             count = "only one row" if len(self.values) else "no rows"
-            raise DataFileError(f"{self.called} has {count}; at least two are needed.", path=path)
+            raise DataFileError(f"{called(self.name)} has {count}; at least two are needed.", path=path)
         gone, _ = missing_numbers(self.values)
         bad = np.flatnonzero(gone | ~np.isfinite(self.values))
         if len(bad) and not missing:
             more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
             where, value = self._where(int(bad[0])), self.values[bad[0]]
             why = "stands for no reading" if np.isfinite(value) else "is not a finite number"
-            raise DataFileError(f"{where}, {self.called}: {value:.6g} {why}{more}.", path=path)
+            raise DataFileError(f"{where}, {called(self.name)}: {value:.6g} {why}{more}.", path=path)
         factor = self._factor(path, asked)
         inverse = round(1 / factor) if factor < 1 else 0
         # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
@@ -74,7 +68,7 @@ class DataColumn:
         if not missing and not np.all(np.isfinite(found)):
             row = int(np.argmin(np.isfinite(found)))
             raise DataFileError(
-                f"{self._where(row)}, {self.called}: {self.values[row]:g} {self.unit or asked} is too large a number.",
+                f"{self._where(row)}, {called(self.name)}: {self.values[row]:g} {self.unit or asked} is too large a number.",
                 path=path,
             )
         return found
@@ -87,11 +81,11 @@ class DataColumn:
         if expected is None or own is None:
             unknown = self.unit if expected else asked
             known = ", ".join(kind for kind in KINDS if kind != "1")
-            why = f"{self.called}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
+            why = f"{called(self.name)}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
             raise DataFileError(why, path=path)
         if own[0] != expected[0]:
             kind = KINDS[expected[0]][0]
-            why = f"{self.called} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
+            why = f"{called(self.name)} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
             raise DataFileError(why, path=path)
         return own[1]
 

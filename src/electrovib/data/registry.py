@@ -22,6 +22,7 @@ from electrovib.data.recorded import (
     DataColumn,
     FileFormat,
     Recorded,
+    called,
     choose,
     without_missing_numbers,
 )
@@ -120,7 +121,7 @@ def read_columns(
     except DataFileError as error:
         raise error.of_file(path) from None
     if len({len(column.values) for column in found.values()}) > 1:
-        sizes = ", ".join(f"{column.called} {len(column.values)}" for column in found.values())
+        sizes = ", ".join(f"{called(column.name)} {len(column.values)}" for column in found.values())
         raise DataFileError(f"the columns differ in length: {sizes}.", path=path)
     return {name: found[column].in_si(path, unit, missing=missing) for name, (column, unit) in wanted.items()}
 

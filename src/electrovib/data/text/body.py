@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import DataColumn, NotRead, choose
+from electrovib.data.recorded import DataColumn, NotRead, called, choose
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import (
     RULE,
@@ -30,7 +30,7 @@ from electrovib.data.text.layout import (
     place_of,
     split,
 )
-from electrovib.data.unit_words import Cells, Notation, name_and_known_unit, numbers_of
+from electrovib.data.unit_words import Notation, name_and_known_unit, numbers_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -257,34 +257,27 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
     line = body.line  # alone, because the table is larger
     found: dict[str | int, DataColumn] = {}
     for column, (place, asked) in zip(columns, places, strict=True):
-        label = f"column '{headings[place]}'" if headings else names[place]
+        name = headings[place] if headings else names[place]
         cells = numbers_of(body.table[place], layout.notation)
-        if why := _fault(raw, layout, body, cells, place, missing=missing):
-            raise DataFileError(why.format(label))
+        bad = cells.rows if cells.rows.size or missing else np.flatnonzero(np.isnan(cells.values))
+        if bad.size:
+            _refuse_word(raw, layout, line(int(bad[0])), place, name)
         found[column] = DataColumn(
-            name=label,
+            name=name,
             unit=cells.unit or named[place][1] or "".join(layout.title_units[place : place + 1]) or asked,
             values=cells.values,
-            label=label,
             place=lambda row: f"line {line(row)}",
         )
     return found
 
 
-def _fault(raw: bytes, layout: Layout, body: Body, cells: Cells, place: int, *, missing: bool) -> str:
-    """Return what is wrong with the numbers of a column of a plain table; `missing` allows that some are not there."""
-    bad = cells.rows if cells.rows.size or missing else np.flatnonzero(np.isnan(cells.values))
-    if not bad.size:
-        return ""
-    number = body.line(int(bad[0]))
+def _refuse_word(raw: bytes, layout: Layout, number: int, place: int, name: str) -> None:
+    """Refuse a field of a plain table that states no number; what is not finite is refused with the column."""
     cell = split(next(lines_of(raw, place_of(raw, number - 1))), layout.delimiter)[place]
-    if _NAN.fullmatch(cell):
-        return ""  # which is refused as no finite number
-    hint = "; write decimals with a point" if _WITH_COMMA.fullmatch(cell) else ""
-    shown = cell[:40].replace("{", "{{").replace("}", "}}")
-    return f"line {number}, {{}}: " + (
-        f"'{shown}' is not a number{hint}." if cell else "the number is missing."
-    )
+    if not _NAN.fullmatch(cell):
+        hint = "; write decimals with a point" if _WITH_COMMA.fullmatch(cell) else ""
+        why = f"'{cell[:40]}' is not a number{hint}" if cell else "the number is missing"
+        raise DataFileError(f"line {number}, {called(name)}: {why}.")
 
 
 def _plain_layout(raw: bytes, names: Sequence[str]) -> Layout:
