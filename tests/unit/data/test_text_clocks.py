@@ -326,3 +326,7 @@ def test_a_step_beside_a_decimation_is_doubted_unless_times_tell(tmp_path, setti
         found = read_recorded(path)
         assert (found.time, found.step) == ("Time", None)
         assert "unsure" not in found.attributes
+    stamps = "".join(f"10:00:{at:02d}.5,{value}\n" for at, value in enumerate(values))
+    path.write_text(f"Sample interval = 0.1 s\nDecimation = 10\nTime,F [N]\n{stamps}")
+    assert read_recorded(path).time == "time"
+    assert "unsure" not in read_recorded(path).attributes

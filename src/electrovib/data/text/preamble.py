@@ -217,10 +217,14 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
     return _with_further_times(recorded, times)
 
 
+def without_doubt(recorded: Recorded) -> dict[str, str]:
+    """Return the statements of a preamble without a doubt about its time step, where the rows have times of their own."""
+    return {name: each for name, each in recorded.attributes.items() if name != "unsure"}
+
+
 def _by_column(recorded: Recorded, times: DataColumn, thinned: float) -> Recorded:
     """Return a record with the times of a column, and with a step of the preamble only where the column has another one."""
-    about = {name: each for name, each in recorded.attributes.items() if name != "unsure"}
-    found = dataclasses.replace(recorded, time=times.name, attributes=about)
+    found = dataclasses.replace(recorded, time=times.name, attributes=without_doubt(recorded))
     step = recorded.step
     if step is None or not (keeps_step(times, step) or keeps_step(times, step * thinned)):
         return found
