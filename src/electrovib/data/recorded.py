@@ -211,12 +211,8 @@ def choose(
     listed += ", ..." if len(names) > _MOST_LISTED else ""
     if isinstance(column, int):
         if not 0 <= column < len(numbered):
-            how = (
-                f"they are numbered 0 to {len(numbered) - 1}"
-                if numbered
-                else f"ask by name. It has: {listed}"
-            )
-            raise DataFileError(f"there is no column {column}; {how}.")
+            how = f"they are numbered 0 to {len(numbered) - 1}" if numbered else "ask by name"
+            raise DataFileError(f"there is no column {column}; {how}. It has: {listed}.")
         return numbered[column], ""
     if names and all(map(_NUMBERED.fullmatch, names)):
         raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
