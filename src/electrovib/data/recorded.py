@@ -214,14 +214,14 @@ def choose(
             how = f"they are numbered 0 to {len(numbered) - 1}" if numbered else "ask by name"
             raise DataFileError(f"there is no column {column}; {how}. It has: {listed}.")
         return numbered[column], ""
-    if names and all(map(_NUMBERED.fullmatch, names)):
-        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
     wanted, unit = name_and_known_unit(column)
     for known, name, stated in ((headings, column, ""), (names, column, ""), (names, wanted, unit)):
         if list(known).count(name) > 1:
             raise DataFileError(f"more than one column is called '{name}'; give its number, or rename one.")
         if name in known and not stated.isdigit():
             return list(known).index(name), stated
+    if names and all(map(_NUMBERED.fullmatch, names)):
+        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
     why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
     raise NoColumnError(why, column=column)
 

@@ -267,6 +267,7 @@ def test_npy_by_number_and_by_field(tmp_path):
     plain = np.array([[0, 77, 156], VOLTAGE]).T
     np.save(tmp_path / "a.npy", plain)
     check(read_columns(tmp_path / "a.npy", BY_NUMBER))
+    check(read_columns(tmp_path / "a.npy", {"time": ("column 0", "us"), "volts": ("column 1", "V")}))
     np.save(tmp_path / "b.npy", np.asfortranarray(plain).astype(">f8"))
     check(read_columns(tmp_path / "b.npy", BY_NUMBER))
     fields = np.zeros(3, [("time [us]", "i4"), ("voltage", "f4")])
