@@ -226,6 +226,13 @@ def choose(
     raise NoColumnError(why, column=column)
 
 
+def agreed_unit(name: str, own: str, asked: str) -> str:
+    """Return the unit of a column, that of the file or else the one behind the name that is asked for; two are refused."""
+    if own and asked and kind_and_factor(own) != kind_and_factor(asked):
+        raise DataFileError(f"{called(name)} is in '{own}', not in '{asked}'.")
+    return own or asked
+
+
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
     """Find a column by its heading, with or without its unit, or by its number from 0: ``"Ch2"``, ``"Ch2 (N)"``, ``"2"``."""
     by_name = {each.name: each for each in recorded.channels}

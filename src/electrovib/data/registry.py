@@ -22,6 +22,7 @@ from electrovib.data.recorded import (
     DataColumn,
     FileFormat,
     Recorded,
+    agreed_unit,
     called,
     choose,
     without_missing_numbers,
@@ -134,9 +135,9 @@ def _of_recorded(
     channels = read(path).channels
     names, numbered = [channel.name for channel in channels], range(len(channels))
     chosen = {column: choose(names, column, numbered) for column in asked}
+    units = {column: agreed_unit(names[at], channels[at].unit, unit) for column, (at, unit) in chosen.items()}
     return {
-        column: dataclasses.replace(channels[place], unit=channels[place].unit or unit)
-        for column, (place, unit) in chosen.items()
+        column: dataclasses.replace(channels[at], unit=units[column]) for column, (at, _) in chosen.items()
     }
 
 

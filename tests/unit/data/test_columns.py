@@ -209,6 +209,7 @@ HEADED = "time [s],voltage [V]\n0,1\n"
         ("time,1,2\n0,5,6\n1,7,8\n", {"x": (2, "V")}, "first row has 'time' above a number"),
         ("0,1\n1,2\n", WANTED, "has no headings; ask for column 'time' by its number"),
         (HEADED, {"x": ("tme", "s")}, "no column 'tme'. Did you mean 'time'. It has: time, voltage"),
+        (HEADED + "1,2\n", {"x": ("voltage [mV]", "V")}, r"column 'voltage \[V\]' is in 'V', not in 'mV'"),
         (HEADED, {"x": ("current", "A")}, "no column 'current'. It has: time, voltage"),
         ("a,a\n1,2\n3,4\n", {"x": ("a", "V")}, "more than one column is called 'a'"),
         ("a [V],a [mV]\n1,2\n3,4\n", {"x": ("a", "V")}, "more than one column is called 'a'"),

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import DataColumn, NotRead, called, choose
+from electrovib.data.recorded import DataColumn, NotRead, agreed_unit, called, choose
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import (
     RULE,
@@ -262,9 +262,10 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
         bad = cells.rows if cells.rows.size or missing else np.flatnonzero(np.isnan(cells.values))
         if bad.size:
             _refuse_word(raw, layout, line(int(bad[0])), place, name)
+        own = cells.unit or named[place][1] or "".join(layout.title_units[place : place + 1])
         found[column] = DataColumn(
             name=name,
-            unit=cells.unit or named[place][1] or "".join(layout.title_units[place : place + 1]) or asked,
+            unit=agreed_unit(name, own, asked),
             values=cells.values,
             place=lambda row: f"line {line(row)}",
         )
