@@ -74,6 +74,14 @@ class ElectrovibError(Exception):
         self.problems = tuple(Problem.read(problem) for problem in given)
         super().__init__("\n".join(self.problems))
 
+    def of_file(self, path: object) -> Self:
+        """Put a file before each problem that names none."""
+        self.problems = tuple(
+            each if each.path == str(path) else Problem(str(each), path=path) for each in self.problems
+        )
+        self.args = ("\n".join(self.problems),)
+        return self
+
     def _render_traceback_(self) -> list[str]:
         """Return what IPython prints instead of a traceback: the problems, and the user's line that met them."""
         package, theirs = __name__.partition(".")[0], list[FrameSummary]()

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from electrovib.core.files import kind_of
+
 _OWN: Final = {
     "a bench file": ({"current_limiter", "generator", "oscilloscope"}, "bench run SCENARIO --bench {}"),
     "a submission": ({"law", "priors", "made_from"}, "evidence --laws {}"),
@@ -88,6 +90,8 @@ def other_kind(path: Path, kind: str, content: Mapping[str, Any] | None = None) 
     """Say what a file is where one of another kind is wanted, and what takes it; empty if that is not known."""
     if content and _OWN.get(kind, (set(), ""))[0] & content.keys():
         return ""
+    if not content and not is_address(path) and not kind_of(path):
+        return ""  # a file that is not there is missing, whatever its name says
     found = next((own for own, (tables, _) in _OWN.items() if content and tables & content.keys()), "")
     if not found and path.suffix.lower() == ".toml" and not is_address(path):
         return ""

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, NoColumnError, suggestion
+from electrovib.core.errors import DataFileError
 from electrovib.data.recorded import (
     MOST_COLUMNS,
     ChannelClock,
     DataColumn,
     NotRead,
     called,
+    choose,
     is_named_time,
     recorded_of,
 )
-from electrovib.data.unit_words import name_and_known_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -35,14 +33,12 @@ _EXACT: Final = 2**53
 """Whole numbers up to here are floats without loss."""
 _MOST_COLUMNS: Final = 64
 """Columns of an array that are signals; one of more is a picture, or has a row for each signal."""
-_NUMBERED: Final = re.compile(r"column \d+")
 _LISTED: Final = 20
 _UNITS_OF_TIME: Final = ("s", "ms", "us", "ns")
 _NO_NUMBERS: Final = {"c": "complex numbers", "S": "text", "U": "text", "O": "objects", "V": "plain bytes"}
 
 
 def table_of_arrays(
-    path: Path,
     arrays: Iterable[_Column],
     *,
     part: str = "",
@@ -76,12 +72,12 @@ def table_of_arrays(
     if origins:
         stated["first_time"] = ", ".join(map(str, origins.values()))
     try:
-        recorded = recorded_of(path, meant, attributes=stated, part=part if meant is columns else "")
+        recorded = recorded_of(meant, attributes=stated, part=part if meant is columns else "")
     except DataFileError as error:
         if part or not not_read:
             raise
         reasons = "; ".join(f"{each.name} ({each.why})" for each in not_read[:_LISTED])
-        raise DataFileError(f"{error.problems[0].reason} Not read: {reasons}.", path=path) from None
+        raise DataFileError(f"{error.problems[0].reason} Not read: {reasons}.") from None
     taken = {each.name for each in recorded.channels} | {each.name for each in recorded.not_read}
     not_read += [
         NotRead(name=name, why=f"it belongs to another part; read it with part = {name}")
@@ -94,49 +90,23 @@ def table_of_arrays(
 
 
 def chosen_columns(
-    path: Path, arrays: Iterable[_Column], columns: Sequence[str | int], *, are_numbered: bool = False
+    arrays: Iterable[_Column], columns: Sequence[str | int], *, are_numbered: bool = False
 ) -> dict[str | int, DataColumn]:
     """Return columns by name, with a unit behind it if the file has none, or by number if they are those of one array."""
     there = list(arrays)
     table = [each for whole in there for each in _columns_of(*whole, MOST_COLUMNS)]
     is_one = are_numbered or sum(not isinstance(values, str) for *_, values in there) == 1
-    numbered = table if is_one else []
+    numbered = [at for at, each in enumerate(table) if is_one and not isinstance(each[2], str)]
     origins: dict[str, Any] = {}
     found: dict[str | int, DataColumn] = {}
     for column in columns:
-        (name, unit, values), stated = _chosen(path, table, numbered, column)
+        place, stated = choose([name for name, *_ in table], column, numbered)
+        name, unit, values = table[place]
         read = in_numbers(values, unit, origins)
         if isinstance(read, str):
-            raise DataFileError(f"{called(name)} {read}.", path=path)
+            raise DataFileError(f"{called(name)} {read}.")
         found[column] = DataColumn(name=name, unit=stated or read[0], values=read[1])
     return found
-
-
-def _chosen(
-    path: Path, table: Sequence[_Column], numbered: Sequence[_Column], column: str | int
-) -> tuple[_Column, str]:
-    """Return a column, and the unit that stands behind its name as asked for."""
-    names = [name for name, *_ in table]
-    listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
-    if isinstance(column, int):
-        numbers = [each for each in numbered if not isinstance(each[2], str)]
-        if not 0 <= column < len(numbers):
-            how = f"they are numbered 0 to {len(numbers) - 1}" if numbers else "ask by name"
-            why = f"there is no column {column}; {how}. It has: {listed or 'nothing'}."
-            raise DataFileError(why, path=path)
-        return numbers[column], ""
-    name, unit = (column, "") if column in names else name_and_known_unit(column)
-    if unit.isdigit() or name not in names:
-        if names and all(_NUMBERED.fullmatch(each) for each in names):
-            raise DataFileError(
-                f"has no headings; ask for column '{column}' by its number, 0 first.", path=path
-            )
-        near = suggestion(column, names)
-        why = f"there is no column '{column}'.{near} It has: {listed or 'nothing'}."
-        raise NoColumnError(why, path=path, column=column)
-    if names.count(name) > 1:
-        raise DataFileError(f"more than one column is called '{name}'; rename one.", path=path)
-    return table[names.index(name)], unit
 
 
 def in_numbers(values: NDArray[Any] | str, unit: str, origins: dict[str, Any]) -> tuple[str, Real] | str:

@@ -81,8 +81,8 @@ def read_by_library(read: Callable[[], T], path: Path, what: str) -> T:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return read()
-    except InputError:
-        raise
+    except InputError as error:
+        raise error.of_file(path) from None
     except MemoryError:
         raise packed(path, "its content does not fit into memory") from None
     except Exception as error:  # noqa: BLE001  # packages have many kinds, of which none derives from a common one
@@ -229,7 +229,8 @@ class GuardedReading(AbstractContextManager["GuardedReading"]):
         if "problems" in last:
             problems = [Problem(**problem) for problem in last["problems"]]
             missing = last["column"]
-            raise DataFileError(problems) if missing is None else NoColumnError(problems, column=missing)
+            found = DataFileError(problems) if missing is None else NoColumnError(problems, column=missing)
+            raise found.of_file(self._path)
         if "memory" in last:
             raise self._too_much()
         if "damaged" in last:

@@ -26,44 +26,39 @@ if TYPE_CHECKING:
 MOST_COLUMNS: Final = 1024
 """Columns of a file of text or of an array."""
 _MOST_LISTED: Final = 20
-OTHER_PART: Final = "another part; choose it with part (--set part=NAME)"
+_NUMBERED: Final = re.compile(r"column \d+")
+"""Name of a column without a heading."""
 
 
 def called(name: str) -> str:
     """Return what a column is called in a message."""
-    return name if re.fullmatch(r"column \d+", name) else f"column '{name}'"
+    return name if _NUMBERED.fullmatch(name) else f"column '{name}'"
 
 
 @dataclass(frozen=True, kw_only=True)
 class DataColumn:
     """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty.
 
-    For messages, `label` is what the column is called, and `place` names a row, or is the word for one.
+    For messages, `place` names a row, or is the word for one.
     """
 
     name: str
     unit: str
     values: Real
-    label: str = ""
     place: str | Callable[[int], str] = "row"
-
-    @property
-    def called(self) -> str:
-        """What the column is called in a message."""
-        return self.label or called(self.name)
 
     def in_si(self, path: Path, asked: str, *, missing: bool = False) -> Real:
         """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them."""
         if len(self.values) < 2:
             count = "only one row" if len(self.values) else "no rows"
-            raise DataFileError(f"{self.called} has {count}; at least two are needed.", path=path)
+            raise DataFileError(f"{called(self.name)} has {count}; at least two are needed.", path=path)
         gone, _ = missing_numbers(self.values)
         bad = np.flatnonzero(gone | ~np.isfinite(self.values))
         if len(bad) and not missing:
             more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
             where, value = self._where(int(bad[0])), self.values[bad[0]]
             why = "stands for no reading" if np.isfinite(value) else "is not a finite number"
-            raise DataFileError(f"{where}, {self.called}: {value:.6g} {why}{more}.", path=path)
+            raise DataFileError(f"{where}, {called(self.name)}: {value:.6g} {why}{more}.", path=path)
         factor = self._factor(path, asked)
         inverse = round(1 / factor) if factor < 1 else 0
         # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
@@ -73,7 +68,7 @@ class DataColumn:
         if not missing and not np.all(np.isfinite(found)):
             row = int(np.argmin(np.isfinite(found)))
             raise DataFileError(
-                f"{self._where(row)}, {self.called}: {self.values[row]:g} {self.unit or asked} is too large a number.",
+                f"{self._where(row)}, {called(self.name)}: {self.values[row]:g} {self.unit or asked} is too large a number.",
                 path=path,
             )
         return found
@@ -86,11 +81,11 @@ class DataColumn:
         if expected is None or own is None:
             unknown = self.unit if expected else asked
             known = ", ".join(kind for kind in KINDS if kind != "1")
-            why = f"{self.called}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
+            why = f"{called(self.name)}: '{unknown}' is not a known unit; known, also with prefixes: {known}."
             raise DataFileError(why, path=path)
         if own[0] != expected[0]:
             kind = KINDS[expected[0]][0]
-            why = f"{self.called} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
+            why = f"{called(self.name)} is in '{self.unit}', but {kind} is needed, such as '{asked}'."
             raise DataFileError(why, path=path)
         return own[1]
 
@@ -205,25 +200,37 @@ def without_missing_numbers(recorded: Recorded) -> Recorded:
     return dataclasses.replace(recorded, channels=tuple(channels), not_read=(*recorded.not_read, *named))
 
 
-def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
-    """Return the number of a column, found by number, by heading, or by heading without the unit."""
+def choose(
+    names: Sequence[str], column: str | int, numbered: Sequence[int], headings: Sequence[str] = ()
+) -> tuple[int, str]:
+    """Return the place of a column, and the unit behind the name that is asked for.
+
+    It is found by its number among the `numbered` places, by its heading, if that holds more, or by its name.
+    """
+    listed = ", ".join([name[:60] for name in names if name][:_MOST_LISTED]) or "nothing"
+    listed += ", ..." if len(names) > _MOST_LISTED else ""
     if isinstance(column, int):
-        if not 0 <= column < width:
-            raise DataFileError(
-                f"there is no column {column}; they are numbered 0 to {width - 1}.", path=path
-            )
-        return column
-    if not headings:
-        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.", path=path)
-    names = [name_and_known_unit(heading)[0] for heading in headings]
-    for known in (list(headings), names):
-        if known.count(column) > 1:
-            raise DataFileError(f"more than one column is called '{column}'; give its number.", path=path)
-        if column in known:
-            return known.index(column)
-    listed = ", ".join([name[:60] for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
+        if not 0 <= column < len(numbered):
+            how = f"they are numbered 0 to {len(numbered) - 1}" if numbered else "ask by name"
+            raise DataFileError(f"there is no column {column}; {how}. It has: {listed}.")
+        return numbered[column], ""
+    wanted, unit = name_and_known_unit(column)
+    for known, name, stated in ((headings, column, ""), (names, column, ""), (names, wanted, unit)):
+        if list(known).count(name) > 1:
+            raise DataFileError(f"more than one column is called '{name}'; give its number, or rename one.")
+        if name in known and not stated.isdigit():
+            return list(known).index(name), stated
+    if names and all(map(_NUMBERED.fullmatch, names)):
+        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
     why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
-    raise NoColumnError(why, path=path, column=column)
+    raise NoColumnError(why, column=column)
+
+
+def agreed_unit(name: str, own: str, asked: str) -> str:
+    """Return the unit of a column, that of the file or else the one behind the name that is asked for; two are refused."""
+    if own and asked and kind_and_factor(own) != kind_and_factor(asked):
+        raise DataFileError(f"{called(name)} is in '{own}', not in '{asked}'.")
+    return own or asked
 
 
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
@@ -254,6 +261,22 @@ def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
     return found
 
 
+def one_part(
+    parts: Mapping[str, int], part: str, otherwise: str, what: str = "table"
+) -> tuple[str, tuple[NotRead, ...]]:
+    """Return the part of a file that is asked for, or another one, and the parts that are not read, by their numbers of rows."""
+    chosen = part or otherwise
+    if chosen not in parts:
+        listed = ", ".join(list(parts)[:_MOST_LISTED])
+        raise DataFileError(
+            f"part = {part}: there is no such {what}.{suggestion(part, parts)} It has {listed}."
+        )
+    why = "another part of {} rows; choose it with part (--set part=NAME)"
+    return chosen, tuple(
+        NotRead(name=name, why=why.format(rows)) for name, rows in parts.items() if name != chosen
+    )
+
+
 def check_declared(path: Path, count: int) -> None:
     """Refuse a file that declares more numbers than a file of its size may hold."""
     size = path.stat().st_size
@@ -263,7 +286,6 @@ def check_declared(path: Path, count: int) -> None:
 
 
 def recorded_of(
-    path: Path,
     columns: Sequence[tuple[str, str, Real]],
     *,
     step: float | None = None,
@@ -278,12 +300,12 @@ def recorded_of(
         by_length[each[2].size].append(each)
     lengths = [size for size in by_length if size >= 2]
     if not lengths:
-        raise DataFileError("holds no column of two or more numbers.", path=path)
+        raise DataFileError("holds no column of two or more numbers.")
     named = {name: values.size for name, _, values in columns if values.size >= 2}
     if part and part not in named:
         listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_LISTED])
         raise DataFileError(
-            f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}.", path=path
+            f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}."
         )
     chosen = named[part] if part else max(lengths, key=lambda size: (size * len(by_length[size]), size))
     others = tuple(

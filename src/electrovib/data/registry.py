@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import importlib.util
 import pkgutil
@@ -21,6 +22,8 @@ from electrovib.data.recorded import (
     DataColumn,
     FileFormat,
     Recorded,
+    agreed_unit,
+    called,
     choose,
     without_missing_numbers,
 )
@@ -77,7 +80,10 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
         raise DataFileError(f"the option {foreign[0]} does not belong to {chosen.description}.", path=path)
     if "decimal_comma" in given:
         given["decimal_comma"] = truth(given["decimal_comma"], "decimal_comma")
-    return without_missing_numbers(chosen.read(path, **given))
+    try:
+        return without_missing_numbers(chosen.read(path, **given))
+    except DataFileError as error:
+        raise error.of_file(path) from None
 
 
 def _check_package(path: Path, chosen: FileFormat) -> None:
@@ -103,7 +109,7 @@ def read_columns(
     """Read the wanted columns of a measured file, converted to SI.
 
     `wanted` maps a name to heading, or number from 0, and unit; a unit in the file has priority over it, and
-    must be of the same kind. With `missing`, NaN, infinities and empty fields of text (as NaN) are accepted.
+    must be of the same kind. With `missing`, NaN, infinities and fields of text that state no reading (as NaN) are accepted.
     Text has lines of ``#`` as comments; of a ``.mat`` file ``"name[3]"`` is column 3 of the array ``name``,
     and ``"trial.force"`` a field of a struct.
     """
@@ -111,9 +117,12 @@ def read_columns(
     _check_package(path, chosen)
     asked = [column for column, _ in wanted.values()]
     read = chosen.columns or functools.partial(_of_recorded, chosen.read)
-    found = read(path, asked, missing)
+    try:
+        found = read(path, asked, missing)
+    except DataFileError as error:
+        raise error.of_file(path) from None
     if len({len(column.values) for column in found.values()}) > 1:
-        sizes = ", ".join(f"{column.called} {len(column.values)}" for column in found.values())
+        sizes = ", ".join(f"{called(column.name)} {len(column.values)}" for column in found.values())
         raise DataFileError(f"the columns differ in length: {sizes}.", path=path)
     return {name: found[column].in_si(path, unit, missing=missing) for name, (column, unit) in wanted.items()}
 
@@ -124,8 +133,12 @@ def _of_recorded(
     """Choose columns of a format that has no other access to them."""
     del missing
     channels = read(path).channels
-    names = [channel.name for channel in channels]
-    return {column: channels[choose(path, names, column, len(names))] for column in asked}
+    names, numbered = [channel.name for channel in channels], range(len(channels))
+    chosen = {column: choose(names, column, numbered) for column in asked}
+    units = {column: agreed_unit(names[at], channels[at].unit, unit) for column, (at, unit) in chosen.items()}
+    return {
+        column: dataclasses.replace(channels[at], unit=units[column]) for column, (at, _) in chosen.items()
+    }
 
 
 MOST_BYTES: Final = 20_000_000

@@ -211,6 +211,10 @@ class Notation:
         """Return whether a field is a number or a reading that is missing."""
         return self.number(cell) is not None
 
+    def states(self, cell: str) -> bool:
+        """Return whether a field is a number, with its unit or without one, or a reading that is missing."""
+        return self.is_number(cell) or self.quantity(cell) is not None
+
     def quantity(self, cell: str) -> tuple[float, str] | None:
         """Return the number and the unit of a field such as ``1.2 us``; None if it is none."""
         found = _UNIT.fullmatch(cell.translate(ALIKE)) if len(cell) <= _LONGEST else None
@@ -223,7 +227,7 @@ class Notation:
 
 @dataclass(frozen=True, kw_only=True)
 class Cells:
-    """A column of fields as numbers, NaN where a reading is missing.
+    """A column of fields as numbers, NaN or infinite where a reading is missing.
 
     - `unit`: of fields that hold one each.
     - `missing`: how often which field stands for no reading.
@@ -247,8 +251,6 @@ def numbers_of(column: Any, notation: Notation) -> Cells:
         bad = ~np.isfinite(values)
         endless = np.isinf(values)
         count = {"empty": int(bad.sum() - endless.sum()), "infinite": int(endless.sum())}
-        if endless.any():
-            values = np.where(endless, np.nan, values)
         return Cells(values=values, unit="", missing=_counted(count), rows=none)
     codes, uniques = pd.factorize(column)
     texts = [str(each).strip() for each in uniques]
@@ -263,7 +265,7 @@ def numbers_of(column: Any, notation: Notation) -> Cells:
             missing[text or "empty"] += int(count)
     rows = np.flatnonzero(odd)
     return Cells(
-        values=np.where(np.isinf(values), np.nan, values),
+        values=values,
         unit=unit,
         missing=_counted(missing),
         rows=rows,

@@ -181,7 +181,7 @@ def test_structs_and_cells_of_version_73(tmp_path):
 def test_whole_numbers_that_floats_do_not_keep_apart_are_counted_from_the_first_or_named(tmp_path):
     stamps = 1_764_324_000_000_000_001 + np.arange(N) * 7
     arrays = [("t", "ns", stamps), ("mixed", "", stamps[::-1]), ("f", "N", FORCE)]
-    found = table_of_arrays(tmp_path / "a", arrays)
+    found = table_of_arrays(arrays)
     np.testing.assert_array_equal(column(found, "t"), np.arange(N) * 7)
     assert found.attributes["first_time"] == "1764324000000000001"
     assert "beyond 9007199254740992" in reasons(found)["mixed"]
@@ -189,7 +189,7 @@ def test_whole_numbers_that_floats_do_not_keep_apart_are_counted_from_the_first_
 
 def test_where_no_array_is_a_column_the_reasons_are_given(tmp_path):
     with pytest.raises(DataFileError, match=r"no column of two .* Not read: word \(holds text\)"):
-        table_of_arrays(tmp_path / "a", [("word", "", np.array(["a", "b"]))])
+        table_of_arrays([("word", "", np.array(["a", "b"]))])
 
 
 def test_archives_of_numpy(tmp_path):

@@ -68,6 +68,27 @@ def test_columns_by_number_and_a_first_row_in_quotes_that_is_no_heading(tmp_path
     np.testing.assert_array_equal(found["v"], VOLTAGE)
 
 
+@pytest.mark.parametrize(
+    "rows",
+    ["0 us,1 V\n77 us,-2.5 V\n156 us,300 V\n", "0.0D+00,1\n77,-2.5\n1.56D+02,3D+02\n", "+ 0,1\n77,- 2.5\n156,+ 300\n",
+     "0,1\n77,\u22122.5\n156,3e2\n"],
+)  # fmt: skip
+def test_numbers_that_instruments_write_otherwise_are_read_with_and_without_headings(tmp_path, rows):
+    """They were refused here and read on import; the first row must not be taken for headings."""
+    check(read_columns(written(tmp_path, rows), BY_NUMBER))
+    check(read_columns(written(tmp_path, "time [us],voltage [V]\n" + rows), WANTED))
+
+
+def test_a_row_that_begins_with_a_missing_reading_is_no_comment(tmp_path):
+    """It was left out without a word, because #N/A begins like a comment."""
+    path = written(tmp_path, "F [N],t [s]\n1,0\n#N/A,1\n# a comment\n3,2\n")
+    found = read_columns(path, {"F": ("F", "N"), "t": ("t", "s")}, missing=True)
+    np.testing.assert_array_equal(found["F"], [1, np.nan, 3])
+    np.testing.assert_array_equal(found["t"], [0, 1, 2])
+    with pytest.raises(DataFileError, match=r"line 3, column 'F \[N\]': '#N/A' is not a number"):
+        read_columns(path, {"F": ("F", "N")})
+
+
 TABS = 't [V]\tf [V]\tu [V]\n1\t5\t"6"\n2\t3\t"1"\n3\t1\t"9"\n4\t1\t"0"\n5\t7\t"7";2\n'
 
 
@@ -78,6 +99,8 @@ TABS = 't [V]\tf [V]\tu [V]\n1\t5\t"6"\n2\t3\t"1"\n3\t1\t"9"\n4\t1\t"0"\n5\t7\t"
         ("a; b [V]; c\n; 1; 64\n; ; 8\n; ; 98\n; -6; 67\n-1; ; 32\n", "b", [1, np.nan, np.nan, -6, np.nan]),
         ('t [V], c, a b [V]\n5, abc, "-1"\n, start, "9"\n0.1, x, "-2"\n', "t", [5, np.nan, 0.1]),
         (TABS, "f", [5, 3, 1, 1, 7]),
+        # two blanks divide the columns; pandas warned, which reached the user
+        ("Probe position [V]  Drive out [V]\n1  5\n2  3\n3  1\n", "Drive out", [5, 3, 1]),
         (",x [V],when\n0,1,2024-01-01\n1,2,2024-01-02\n", "x", [1, 2]),
         ("time,1,2\n0,5,6\n1,7,8\n", "2", [6, 8]),
         ("field[gap],field[gap]2 [V]\n1,2\n3,4\n", "field[gap]", [1, 3]),
@@ -186,6 +209,7 @@ HEADED = "time [s],voltage [V]\n0,1\n"
         ("time,1,2\n0,5,6\n1,7,8\n", {"x": (2, "V")}, "first row has 'time' above a number"),
         ("0,1\n1,2\n", WANTED, "has no headings; ask for column 'time' by its number"),
         (HEADED, {"x": ("tme", "s")}, "no column 'tme'. Did you mean 'time'. It has: time, voltage"),
+        (HEADED + "1,2\n", {"x": ("voltage [mV]", "V")}, r"column 'voltage \[V\]' is in 'V', not in 'mV'"),
         (HEADED, {"x": ("current", "A")}, "no column 'current'. It has: time, voltage"),
         ("a,a\n1,2\n3,4\n", {"x": ("a", "V")}, "more than one column is called 'a'"),
         ("a [V],a [mV]\n1,2\n3,4\n", {"x": ("a", "V")}, "more than one column is called 'a'"),
@@ -244,6 +268,7 @@ def test_npy_by_number_and_by_field(tmp_path):
     plain = np.array([[0, 77, 156], VOLTAGE]).T
     np.save(tmp_path / "a.npy", plain)
     check(read_columns(tmp_path / "a.npy", BY_NUMBER))
+    check(read_columns(tmp_path / "a.npy", {"time": ("column 0", "us"), "volts": ("column 1", "V")}))
     np.save(tmp_path / "b.npy", np.asfortranarray(plain).astype(">f8"))
     check(read_columns(tmp_path / "b.npy", BY_NUMBER))
     fields = np.zeros(3, [("time [us]", "i4"), ("voltage", "f4")])

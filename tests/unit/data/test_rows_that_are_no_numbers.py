@@ -100,3 +100,36 @@ def test_tables_without_numbers_of_their_own_are_counted(tmp_path):
     assert (found.size, "table" in found.attributes) == (20, False)
     with pytest.raises(DataFileError, match="does not consist of parts"):
         read_recorded(path, part="table 1")
+
+
+FIXED = [f"{t:.1f},{v:.4f}" for t, v in zip(T, V, strict=True)]
+EXPONENTS = [f"{t:.1f},{v:.3e}" for t, v in zip(T, V, strict=True)]
+AS_SHORT_AS_CAN_BE = [f"{t:.1f},{round(v, 2)!r}" for t, v in zip(T, V, strict=True)]
+WHOLE_NUMBERS = [f"{t:.1f},{round(v)}" for t, v in zip(T, V, strict=True)]
+
+
+def doubts_of(tmp_path, text):
+    (tmp_path / "a.csv").write_text(text)
+    return read_recorded(tmp_path / "a.csv").attributes.get("unsure", "")
+
+
+@pytest.mark.parametrize(
+    ("rows", "cut"), [(FIXED, 1), (FIXED, 3), (EXPONENTS, 1), (EXPONENTS, 4)], ids=lambda each: str(each)[:9]
+)
+def test_a_last_number_that_is_cut_off_is_told(tmp_path, rows, cut):
+    """It was read without a word: 9 in place of 9.0293, or 1.2 in place of 1.2e-03."""
+    text = "t [s],F [N]\n" + "\n".join(rows)
+    found = doubts_of(tmp_path, text[:-cut])
+    last = rows[-1].partition(",")[2][:-cut]
+    assert f"the last number '{last}': it is shorter than the 59 above, and no line ends behind it" in found
+
+
+@pytest.mark.parametrize("rows", [FIXED, EXPONENTS, AS_SHORT_AS_CAN_BE, WHOLE_NUMBERS])
+@pytest.mark.parametrize("last", ["", "30.5,7", "30.5,0.1"])
+def test_a_text_that_ends_without_a_line_end_is_not_doubted_without_a_reason(tmp_path, rows, last):
+    """With a line end behind it, or where numbers are written as short as they can be, a short number is whole."""
+    text = "\n".join(["t [s],F [N]", *rows, *([last] if last else [])])
+    of_one_form = rows in (FIXED, EXPONENTS)
+    assert bool(doubts_of(tmp_path, text)) == bool(of_one_form and last)
+    assert not doubts_of(tmp_path, text + "\n")
+    assert not doubts_of(tmp_path, "t [s],F [N]\n" + "\n".join([*rows[:5], "2.5,7"]))

@@ -155,9 +155,7 @@ def test_what_is_ambiguous_is_refused(tmp_path, heading, columns, words):
 def test_a_trace_of_zeros_is_no_imaginary_part():
     """As Agilent's 4294A writes the magnitude under the heading Real, and its phase as another trace."""
     grid = np.array([10.0, 100.0, 1000.0, 1e4])
-    table = recorded_of(
-        Path("a.txt"), [("Frequency", "Hz", grid), ("Real", "", 1e6 / grid), ("Imag", "", 0 * grid)]
-    )
+    table = recorded_of([("Frequency", "Hz", grid), ("Real", "", 1e6 / grid), ("Imag", "", 0 * grid)])
     with pytest.raises(InputError, match=r"'Imag' is 0 in every row.*choose another table with part"):
         spectrum_of(table)
 

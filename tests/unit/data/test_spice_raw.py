@@ -88,7 +88,7 @@ def test_each_run_of_a_stepped_simulation_is_a_part(tmp_path, flags):
         np.testing.assert_array_equal(found.times(), TIME)
         np.testing.assert_array_equal(found.channels[1].values, factor * VOLTS)
         assert len(found.not_read) == 2
-        assert all("choose another plot or run with part" in each.why for each in found.not_read)
+        assert all("choose it with part" in each.why for each in found.not_read)
     with pytest.raises(DataFileError, match=r"no such plot or run\..* It has Transient Analysis, run 1"):
         read_recorded(tmp_path / "a.raw", part="run 4")
 

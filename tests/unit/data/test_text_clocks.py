@@ -303,3 +303,30 @@ def test_no_segment_is_joined_to_another_or_lost(read, heading):
     found = read("".join(heading.format(part) + one for part in (1, 2)))
     assert found.size == N.size
     assert [why.partition(";")[0] for why in unread(found).values()] == ["another part of 60 rows"]
+
+
+@pytest.mark.parametrize(
+    "setting", ["Decimation = 10", "Decimation,10", "# Decimation factor: 10", "Downsampling,10"]
+)
+def test_a_step_beside_a_decimation_is_doubted_unless_times_tell(tmp_path, setting):
+    """Whether the step is that before or behind it was not asked, and every time may have been ten times too short."""
+    values = [f"{(37 * at % 101) / 10:.4f}" for at in range(40)]
+    path, head = tmp_path / "a.csv", "Model,X\nSample interval,1e-06\n"
+    path.write_text(f"{head}{setting}\nF [N]\n" + "\n".join(values) + "\n")
+    found = read_recorded(path)
+    assert found.step == 1e-6
+    assert "whether 'Sample interval' is that before or behind 'De" in found.attributes["unsure"].replace(
+        "Do", "De"
+    )
+    path.write_text(f"{head}{setting.replace('10', '1')}\nF [N]\n" + "\n".join(values) + "\n")
+    assert "unsure" not in read_recorded(path).attributes
+    for step in (1e-6, 1e-5):
+        rows = "".join(f"{at * step:.7f},{value}\n" for at, value in enumerate(values))
+        path.write_text(f"{head}{setting}\nTime [s],F [N]\n{rows}")
+        found = read_recorded(path)
+        assert (found.time, found.step) == ("Time", None)
+        assert "unsure" not in found.attributes
+    stamps = "".join(f"10:00:{at:02d}.5,{value}\n" for at, value in enumerate(values))
+    path.write_text(f"Sample interval = 0.1 s\nDecimation = 10\nTime,F [N]\n{stamps}")
+    assert read_recorded(path).time == "time"
+    assert "unsure" not in read_recorded(path).attributes

@@ -193,7 +193,7 @@ def test_a_channel_of_times_beside_waveforms(waveforms):
 )
 def test_units_of_time_of_other_programs(tmp_path, unit, factor):
     values = np.arange(5.0)
-    recorded = recorded_of(tmp_path / "a", [("clock", unit, values), ("force", "N", values)])
+    recorded = recorded_of([("clock", unit, values), ("force", "N", values)])
     assert recorded.time == "clock"
     np.testing.assert_allclose(sample_times(recorded, ["force"]).time, factor * values)
 

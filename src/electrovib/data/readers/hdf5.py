@@ -79,14 +79,14 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
     del missing
     names = [each for each in columns if isinstance(each, str)]
     content = contents(path, wanted=names if len(names) == len(columns) else None)
-    return chosen_columns(path, (each[:3] for each in _arrays(content)), columns)
+    return chosen_columns((each[:3] for each in _arrays(content)), columns)
 
 
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
     arrays = list(_arrays(contents(path)))
     clocks = {name: dimension for name, *_, dimension, _ in arrays}
-    found = table_of_arrays(path, [each[:3] for each in arrays], part=part, clocks=clocks)
+    found = table_of_arrays([each[:3] for each in arrays], part=part, clocks=clocks)
     return replace(found, not_read=(*found.not_read, *(note for *_, notes in arrays for note in notes)))
 
 

@@ -42,7 +42,7 @@ def read_impedance_file(path: Path) -> Recorded:
     table = read_by_library(
         lambda: _spectrum(path, instrument or "gamry"), path, "a file of an impedance analyser"
     )
-    return recorded_of(path, table, attributes={"instrument": instrument})
+    return recorded_of(table, attributes={"instrument": instrument})
 
 
 def _spectrum(path: Path, instrument: str) -> list[tuple[str, str, Real]]:

@@ -50,28 +50,28 @@ def read_isf(path: Path) -> Recorded:
     raw = path.read_bytes()
     begin = _CURVE.search(raw[:_LONGEST_PREAMBLE])
     if begin is None:
-        raise DataFileError("is not in Tektronix's internal format: it holds no 'CURVE #'.", path=path)
+        raise DataFileError("is not in Tektronix's internal format: it holds no 'CURVE #'.")
     keys = preamble_of(raw[: begin.start()].decode("latin-1"))
     try:
-        counts, rest = _counts(path, raw, begin.end(), keys)
+        counts, rest = _counts(raw, begin.end(), keys)
         yzero, yoff, xzero, pt_off = (
             number_of(keys, key) if key in keys else 0.0 for key in ("yzero", "yoff", "xzero", "pt_off")
         )
         values, step = yzero + number_of(keys, "ymult") * (counts - yoff), number_of(keys, "xincr")
     except NoNumberError as error:
-        raise DataFileError(f"{error} in its preamble.", path=path) from None
+        raise DataFileError(f"{error} in its preamble.") from None
     start = xzero - step * pt_off
     name = keys.get("wfid", "").strip('" ').partition(",")[0] or "CH1"
     unit, table = keys.get("yunit", "").strip('" '), {name: values}
     if keys.get("pt_fmt", "Y").upper().startswith("ENV"):
         if values.size % 2:
-            raise DataFileError("is an envelope with an odd number of points: it is damaged.", path=path)
+            raise DataFileError("is an envelope with an odd number of points: it is damaged.")
         pairs, step = np.sort(values.reshape(-1, 2)), 2 * step
         table = {f"{name} minimum": pairs[:, 0], f"{name} maximum": pairs[:, 1]}
     columns = [(label, unit, samples) for label, samples in table.items()]
     more = NotRead(name=f"{len(rest)} bytes behind the curve", why="of a file the first curve is read")
     others = [more] if rest.strip(b";\r\n") else []
-    return recorded_of(path, columns, step=step, start=start, attributes=keys, not_read=others)
+    return recorded_of(columns, step=step, start=start, attributes=keys, not_read=others)
 
 
 class NoNumberError(ValueError):
@@ -99,7 +99,7 @@ def number_of(keys: Mapping[str, str], key: str) -> float:
     return found
 
 
-def _counts(path: Path, raw: bytes, begin: int, keys: Mapping[str, str]) -> tuple[Real, bytes]:
+def _counts(raw: bytes, begin: int, keys: Mapping[str, str]) -> tuple[Real, bytes]:
     """Read the curve, a block in the sample format of the preamble or numbers with commas, and what is behind it."""
     stated, encoding = keys.get("nr_pt", ""), keys.get("encdg", "BIN").upper()
     points = int(stated) if stated.isascii() and stated.isdigit() else None
@@ -108,38 +108,33 @@ def _counts(path: Path, raw: bytes, begin: int, keys: Mapping[str, str]) -> tupl
         try:
             counts = np.array(text.split(b","), dtype=float)
         except ValueError:
-            raise DataFileError(
-                "has a curve that is not made of numbers: it is damaged.", path=path
-            ) from None
+            raise DataFileError("has a curve that is not made of numbers: it is damaged.") from None
     else:
-        counts, rest = _of_block(path, raw, begin, keys, points)
+        counts, rest = _of_block(raw, begin, keys, points)
     if points is not None and points != counts.size:
-        raise DataFileError(f"states {stated} points and holds {counts.size}: it is damaged.", path=path)
+        raise DataFileError(f"states {stated} points and holds {counts.size}: it is damaged.")
     return counts, rest
 
 
-def _of_block(
-    path: Path, raw: bytes, begin: int, keys: Mapping[str, str], points: int | None
-) -> tuple[Real, bytes]:
+def _of_block(raw: bytes, begin: int, keys: Mapping[str, str], points: int | None) -> tuple[Real, bytes]:
     """Read a binary curve; the length of a block that states none is that of the points."""
     width = int(number_of(keys, "byt_nr"))
     encoding, form = keys.get("encdg", "BIN").upper(), keys.get("bn_fmt", "RI").upper()
     if width not in (1, 2) or not encoding.startswith("BIN") or form not in ("RI", "RP"):
         raise DataFileError(
-            f"has samples of {width} bytes, {encoding} {form}; known are 1 or 2 bytes of BIN RI or RP.",
-            path=path,
+            f"has samples of {width} bytes, {encoding} {form}; known are 1 or 2 bytes of BIN RI or RP."
         )
     block = block_at(raw, begin)
     if block is None and points is not None and raw[begin : begin + 2] == b"#0":
         block = begin + 2, points * width
     if block is None:
-        raise DataFileError("has a curve of unknown length.", path=path)
+        raise DataFileError("has a curve of unknown length.")
     first, length = block
     if first + length > len(raw):
         held = max(len(raw) - first, 0)
-        raise DataFileError(f"states {length} bytes of samples and holds {held}: it is cut off.", path=path)
+        raise DataFileError(f"states {length} bytes of samples and holds {held}: it is cut off.")
     if length % width:
-        raise DataFileError("ends within a sample: it is damaged.", path=path)
+        raise DataFileError("ends within a sample: it is damaged.")
     order = "<" if keys.get("byt_or", "MSB").upper().startswith("LSB") else ">"
     kind = np.dtype(f"{order}{'i' if form == 'RI' else 'u'}{width}")
     counts = np.frombuffer(raw, kind, count=length // width, offset=first).astype(float)

@@ -39,12 +39,12 @@ def read_ltspice_text(path: Path, *, part: str = "") -> Recorded:
         try:
             values = np.array([[_number(cell) for cell in row] for row in rows]).reshape(-1, len(names)).T
         except (ValueError, TypeError, OverflowError):
-            raise DataFileError(f"holds a row of {name} that is not made of numbers.", path=path) from None
+            raise DataFileError(f"holds a row of {name} that is not made of numbers.") from None
         units = [
             next((unit for begin, unit in _UNITS.items() if each.startswith(begin)), "") for each in names
         ]
         tables[name] = columns_of(list(zip(names, units, strict=True)), list(values))
-    return chosen_run(path, tables, part)
+    return chosen_run(tables, part)
 
 
 def _number(cell: str) -> complex:

@@ -43,19 +43,19 @@ _MOST: Final = 5000
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns of the arrays of a MATLAB file: ``"name[3]"`` is column 3, from 0, and ``"trial.force"`` a field."""
     del missing
-    return chosen_columns(path, _arrays(path), columns)
+    return chosen_columns(_arrays(path), columns)
 
 
 def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
     """Read the real numeric arrays of a MATLAB file that have the length with most numbers, or those of `part`."""
-    return table_of_arrays(path, _arrays(path), part=part)
+    return table_of_arrays(_arrays(path), part=part)
 
 
 def _arrays(path: Path) -> list[tuple[str, str, NDArray[Any] | str]]:
     found = _read(path)
     if {"data", "datastart", "dataend"}.issubset(found):  # as LabChart exports
         why = "holds channels one behind the other; write each into a variable: a = data(datastart(1):dataend(1))."
-        raise DataFileError(why, path=path)
+        raise DataFileError(why)
     return [(name, "", value["why"] if isinstance(value, dict) else value.T) for name, value in found.items()]
 
 
@@ -79,9 +79,7 @@ def _read(path: Path, *, is_whole: bool = False, **arguments: Any) -> dict[str, 
         head = file.read(_HEADER)
     is_version5 = head.startswith(b"MATLAB 5.0") and head[126:] in (b"IM", b"MI")
     if not (is_hdf5 or is_version5 or _VERSION_4.match(head)):
-        raise DataFileError(
-            "is not a MATLAB file of version 4, 5 or 7.3; in MATLAB save it with -v7.", path=path
-        )
+        raise DataFileError("is not a MATLAB file of version 4, 5 or 7.3; in MATLAB save it with -v7.")
     reader = Reader(f"{__name__}:contents", ("h5py",) if is_hdf5 else ("scipy.io",), "a MATLAB file")
     if is_whole:
         return read_by_library(lambda: dict(contents(path, **arguments)), path, reader.format_name)

@@ -12,7 +12,7 @@ from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.array_columns import chosen_columns, table_of_arrays
 from electrovib.data.guarded import DAMAGE, damaged, packed
-from electrovib.data.recorded import MOST_COLUMNS, CanRead, FileFormat
+from electrovib.data.recorded import MOST_COLUMNS, FileFormat, begins
 from electrovib.data.unit_words import name_and_unit
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def _opened(path: Path) -> NDArray[Any]:
             return np.lib.format.open_memmap(path, mode="r")
     except DAMAGE as error:
         if "Python objects" in str(error):
-            raise DataFileError(f"{_OBJECTS}.", path=path) from None
+            raise DataFileError(f"{_OBJECTS}.") from None
         raise damaged(path, "a NumPy file of plain numbers", error) from None
 
 
@@ -79,12 +79,12 @@ def _arrays(path: Path) -> tuple[Iterable[tuple[str, str, NDArray[Any] | str]], 
         return [(*name_and_unit(name), array[name]) for name in fields[:MOST_COLUMNS]], {}
     if array.ndim not in (1, 2):
         why = f"holds an array of shape {array.shape}, not a row per sample and a column per signal."
-        raise DataFileError(why, path=path)
+        raise DataFileError(why)
     whole = array if array.ndim == 2 else array[:, None]
     turned = whole.shape[1] > whole.shape[0] and whole.shape[0] <= _MOST_ROWS
     whole = whole.T if turned else whole
     if whole.shape[1] > MOST_COLUMNS:
-        raise DataFileError(f"holds {whole.shape[1]} columns; at most {MOST_COLUMNS} are read.", path=path)
+        raise DataFileError(f"holds {whole.shape[1]} columns; at most {MOST_COLUMNS} are read.")
     columns = [(f"column {at}", "", whole[:, at]) for at in range(whole.shape[1])]
     return columns, {"arrangement": "a row per signal: column 0 is the first row"} if turned else {}
 
@@ -92,25 +92,19 @@ def _arrays(path: Path) -> tuple[Iterable[tuple[str, str, NDArray[Any] | str]], 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
     """Read columns of an array, by number, of a structured array, or of an archive."""
     del missing
-    return chosen_columns(path, _arrays(path)[0], columns, are_numbered=not _is_archive(path))
+    return chosen_columns(_arrays(path)[0], columns, are_numbered=not _is_archive(path))
 
 
 def read_numpy(path: Path, *, part: str = "") -> Recorded:
     """Read an array of numbers, one channel for each column or field, or the arrays of an archive."""
     arrays, attributes = _arrays(path)
-    return table_of_arrays(path, arrays, part=part, attributes=attributes)
-
-
-def _can_read(head: bytes, suffix: str) -> CanRead:
-    if head.startswith(b"\x93NUMPY") or (head.startswith(b"PK") and b".npy" in head):
-        return CanRead.YES
-    return CanRead.PERHAPS if suffix in (".npy", ".npz") else CanRead.NO
+    return table_of_arrays(arrays, part=part, attributes=attributes)
 
 
 FORMAT: Final = FileFormat(
     name="numpy",
     description="NumPy arrays (.npy, .npz): a row per sample, a structured array, or several arrays",
-    can_read=_can_read,
+    can_read=begins(rb"\x93NUMPY|PK.*\.npy", ".npy", ".npz"),
     read=read_numpy,
     columns=read_columns,
     options=("part",),

@@ -42,7 +42,7 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
     table = [(name, unit, values) for (_, name, unit), values in found.items()]
     later = NotRead(name=f"frames 2 to {frames} of {frames}", why="of a file the first frame is read")
     about, others = {"model": model} | _unsure(path), [later] if frames > 1 else []
-    return recorded_of(path, table, step=step, start=start, attributes=about, not_read=others)
+    return recorded_of(table, step=step, start=start, attributes=about, not_read=others)
 
 
 def _unsure(path: Path) -> dict[str, str]:
@@ -64,11 +64,11 @@ def _tektronix(path: Path) -> tuple[str, int] | None:
     explicit = 166 if found[2] == b"1" else 168
     if _holds_carrier(path):
         why = "holds I and Q, the two parts of a modulated carrier, which are not read; save the samples over time"
-        raise DataFileError(f"{why}, or I and Q as .csv.", path=path)
+        raise DataFileError(f"{why}, or I and Q as .csv.")
     (storage,) = struct.unpack_from(f"{order}i", head, explicit + 76)
     if storage == 1:
         why = "holds an envelope, a minimum and a maximum of each interval; save the samples, or the envelope as .csv"
-        raise DataFileError(f"{why}.", path=path)
+        raise DataFileError(f"{why}.")
     unit = head[explicit + 20 : explicit + 40].partition(b"\0")[0].decode("latin-1").strip()
     return unit, 1 + int(struct.unpack_from(f"{order}I", head, 72)[0])
 

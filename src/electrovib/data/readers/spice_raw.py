@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.recorded import FileFormat, NotRead, begins, recorded_of
+from electrovib.core.errors import DataFileError
+from electrovib.data.recorded import FileFormat, begins, one_part, recorded_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -36,18 +36,15 @@ def read_spice_raw(path: Path, *, part: str = "") -> Recorded:
 
     A complex vector is two channels, ``Re(v(out))`` and ``Im(v(out))``.
     """
-    return chosen_run(path, dict(_runs(path, _narrow(path.read_bytes()))), part)
+    return chosen_run(dict(_runs(_narrow(path.read_bytes()))), part)
 
 
-def chosen_run(path: Path, runs: dict[str, list[Column]], part: str) -> Recorded:
+def chosen_run(runs: dict[str, list[Column]], part: str) -> Recorded:
     """Return the run that is asked for, else the first of two or more points."""
-    if part and part not in runs:
-        listed = f"{suggestion(part, runs)} It has {', '.join(list(runs)[:20])}"
-        raise DataFileError(f"part = {part}: there is no such plot or run.{listed}.", path=path)
-    name = part or max(runs, key=lambda each: runs[each][0][2].size > 1)
-    why = f"'{name}' is read; choose another plot or run with part = NAME"
-    others = tuple(NotRead(name=each, why=why) for each in runs if each != name)
-    return recorded_of(path, runs[name], attributes={"table": name}, not_read=others)
+    sizes = {name: table[0][2].size for name, table in runs.items()}
+    first = max(runs, key=lambda each: sizes[each] > 1)
+    name, others = one_part(sizes, part, first, "plot or run")
+    return recorded_of(runs[name], attributes={"table": name}, not_read=others)
 
 
 def columns_of(named: Sequence[tuple[str, str]], vectors: Sequence[NDArray[Any]]) -> list[Column]:
@@ -69,7 +66,7 @@ def _narrow(raw: bytes) -> bytes:
     return b"LTspice\n" + (head + mark).decode("utf-16-le", "replace").encode("latin-1", "replace") + data
 
 
-def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[Column]]]:
+def _runs(raw: bytes) -> Iterator[tuple[str, list[Column]]]:
     """Iterate over the columns of each run by name: a run ends where the time, frequency or sweep begins again."""
     at, names = 0, []
     while (data := _DATA.search(raw, at)) is not None:
@@ -77,7 +74,7 @@ def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[Column]]]:
         keys = {key.lower(): value for key, value in _KEY.findall(header)}
         variables, points = _VARIABLE.findall(header), keys.get("no. points", "")
         if not variables or keys.get("no. variables") != str(len(variables)) or not points.isdecimal():
-            raise DataFileError("has a header without the number of its variables and points.", path=path)
+            raise DataFileError("has a header without the number of its variables and points.")
         flags = keys.get("flags", "").lower().split()
         types = [np.dtype("<c16" if "complex" in flags else "<f8")] * len(variables)
         if re.search("LTspice|Linear Technology", header) and not {"double", "complex"} & {*flags}:
@@ -89,7 +86,7 @@ def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[Column]]]:
                 vectors, at = _binary(raw, data.end(), int(points), types, by_column="fastaccess" in flags)
         except (ValueError, TypeError, OverflowError):
             why = f"does not hold the {points} points of {len(types)} numbers that it states: it is cut off or damaged."
-            raise DataFileError(why, path=path) from None
+            raise DataFileError(why) from None
         table = columns_of([(name, _UNITS.get(kind, "")) for name, kind in variables], vectors)
         names.append(plot := keys.get("plotname", "plot"))
         label = f"{plot} {names.count(plot)}" if names.count(plot) > 1 else plot
@@ -100,7 +97,7 @@ def _runs(path: Path, raw: bytes) -> Iterator[tuple[str, list[Column]]]:
             run = f"{label}, run {number}" if len(bounds) > 2 else label
             yield run, [(name, unit, values[begin:end]) for name, unit, values in table]
     if raw[at:].strip() or not names:
-        raise DataFileError("has a header without values behind it: it is cut off.", path=path)
+        raise DataFileError("has a header without values behind it: it is cut off.")
 
 
 def _written_out(

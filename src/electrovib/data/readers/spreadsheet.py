@@ -7,10 +7,10 @@ import zipfile
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.budget import megabytes
-from electrovib.core.errors import DataFileError, suggestion
+from electrovib.core.errors import DataFileError
 from electrovib.data.guarded import DAMAGE, damaged, packed, read_by_library
 from electrovib.data.readers.text import read_laboratory_bytes
-from electrovib.data.recorded import OTHER_PART, FileFormat, NotRead, begins
+from electrovib.data.recorded import FileFormat, begins, one_part
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,21 +35,17 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     if unpacked > _UNPACKED * size + _BASE:
         raise packed(path, f"{megabytes(size)} would unpack to {megabytes(unpacked)}", "Save it as .csv.")
     found = read_by_library(lambda: dict(_sheets(path)), path, "a spreadsheet")
-    if part and part not in found:
-        raise DataFileError(
-            f"part = {part}: there is no such sheet with content.{suggestion(part, found)} It has {', '.join(found)}.",
-            path=path,
-        )
+    sizes = {name: content.count(b"\n") + 1 for name, content in found.items()}
     problem: DataFileError | None = None
-    for name, content in ({part: found[part]} if part else found).items():
+    for wanted in (part,) if part else found:
+        name, others = one_part(sizes, wanted, "", "sheet with content")
         try:
-            read = read_laboratory_bytes(path, content, delimiter="\t", decimal_comma=False, origin=name)
+            read = read_laboratory_bytes(found[name], delimiter="\t", decimal_comma=False, origin=name)
         except DataFileError as error:
             problem = problem or error
             continue
-        others = (NotRead(name=other, why=OTHER_PART) for other in found if other != name)
         return dataclasses.replace(read, not_read=(*read.not_read, *others))
-    raise problem or DataFileError("holds no rows of numbers.", path=path)
+    raise problem or DataFileError("holds no rows of numbers.")
 
 
 def _declared_size(path: Path) -> int:
@@ -60,9 +56,7 @@ def _declared_size(path: Path) -> int:
     except (*DAMAGE, zipfile.BadZipFile) as error:
         raise damaged(path, "a spreadsheet", error) from None
     if len(entries) > _MOST_ENTRIES:
-        raise DataFileError(
-            f"holds {len(entries)} parts; a spreadsheet has at most {_MOST_ENTRIES}.", path=path
-        )
+        raise DataFileError(f"holds {len(entries)} parts; a spreadsheet has at most {_MOST_ENTRIES}.")
     return sum(entry.file_size for entry in entries)
 
 

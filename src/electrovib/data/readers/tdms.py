@@ -39,7 +39,7 @@ def read_tdms(path: Path, *, part: str = "") -> Recorded:
     origin = found.pop("first time", "")
     table = [(name, unit, values) for (_, name, unit, *_), values in found.items()]
     about = {"first_time": origin} if origin else {}
-    recorded = recorded_of(path, table, attributes=about, part=part, not_read=others)
+    recorded = recorded_of(table, attributes=about, part=part, not_read=others)
     stated = {name: ChannelClock(step=step, start=start) for _, name, _, step, start in found}
     evenly = {each.name: stated[each.name] for each in recorded.channels if each.name != recorded.time}
     first = next((each for each in evenly.values() if each.step is not None), ChannelClock())

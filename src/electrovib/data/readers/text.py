@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import re
-from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, unique
-from electrovib.data.text.body import Body, body_of, read_columns
+from electrovib.core.errors import DataFileError
+from electrovib.data.recorded import CanRead, DataColumn, FileFormat, NotRead, Recorded, one_part, unique
+from electrovib.data.text.body import Body, body_of, cut_off, read_columns
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import BEGINNING, SCALING, Layout, as_utf8, check_width, inspected, split
 from electrovib.data.text.preamble import named_by_preamble, segments_of, settings_of, with_clocks
@@ -20,7 +19,7 @@ from electrovib.data.text.stamps import stamp_columns, with_stamps
 from electrovib.data.unit_words import Cells, Notation, as_unit, numbers_of
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from electrovib.core.arrays import Real
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
 _UNEVEN: Final = 2
 _SETTINGS: Final = 0.1
 """Share of the rows below which the numbers of a further column are settings beside the first rows."""
-_NO_TABLE_ABOVE: Final = 3
-"""Most lines above the rows of numbers that cannot hold another table: headings and two rows, and headings again."""
 _MOST_IN_TURN: Final = 20
 """Most quantities of which a text has a row each in turn."""
 _LONG_PREAMBLE: Final = 20_000
@@ -49,88 +46,60 @@ def read_laboratory_text(
     An empty `delimiter` stands for blanks. Of a file with several tables, as
     Gamry and VersaStudio write them, `part` names the table; by default it is the spectrum or the longest one.
     """
-    raw, about, others = _one_table(path, as_utf8(path, path.read_bytes()), part)
-    if about and delimiter is None:
-        delimiter = "\t" if b"\t" in raw else ","
-    found = read_laboratory_bytes(
-        path,
-        raw,
-        delimiter=delimiter,
-        decimal_comma=decimal_comma,
-        part="" if about else part,
-    )
-    return dataclasses.replace(
-        found, attributes={**found.attributes, **about}, not_read=(*found.not_read, *others)
-    )
+    raw = as_utf8(path.read_bytes())
+    return read_laboratory_bytes(raw, delimiter=delimiter, decimal_comma=decimal_comma, part=part)
 
 
 def read_laboratory_bytes(
-    path: Path, raw: bytes, *, origin: str = "", part: str = "", **options: Any
+    raw: bytes,
+    *,
+    origin: str = "",
+    part: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
 ) -> Recorded:
     """Read the text of an instrument that is in memory in UTF-8; `origin` names the sheet that it comes from."""
-    about, others = dict[str, str](), tuple[NotRead, ...]()
-    read = None
-    with suppress(DataFileError):  # of a text with several tables, whose rows differ
-        read = _rows(path, raw, **options)
-    if part or read is None or not read[2].is_plain or read[0].first > _NO_TABLE_ABOVE:
-        raw, about, others = _repeated_table(path, raw, part)
-        read = read if read and not about else _rows(path, raw, **options)
-    layout, lines, body = read
-    _refuse_factors(path, layout)
+    raw, about, others, sign = _one_table(raw, part)
+    layout, lines = _layout(
+        raw, delimiter=sign if delimiter is None else delimiter, decimal_comma=decimal_comma
+    )
+    body = body_of(raw, layout)
+    _refuse_factors(layout)
     if len(body.table) < _UNEVEN:
-        raise DataFileError("holds fewer than two rows of numbers.", path=path)
+        raise DataFileError("holds fewer than two rows of numbers.")
     stamped = stamp_columns(layout, lines)
-    layout, numbers, not_read = _columns(path, layout, body, stamped)
+    layout, numbers, not_read = _columns(layout, body, stamped)
     first = next(iter(numbers.values()))
     for place in set(body.table.columns) - {*numbers, *stamped} if (np.diff(first) == 0).any() else ():
-        _refuse_turns(path, _called(layout, place), body.table[place])
-    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about
+        _refuse_turns(_called(layout, place), body.table[place])
+    settings = settings_of(layout) | ({"sheet": origin} if origin else {})
     found = _recorded(layout, numbers, settings)
     if stamped:
-        one, *more = (body.table[at].fillna("").astype(str) for at in stamped)
-        stamps = one.str.cat(more, sep=" ") if more else one
+        one, *more_stamps = (body.table[at].fillna("").astype(str) for at in stamped)
+        stamps = one.str.cat(more_stamps, sep=" ") if more_stamps else one
         found = with_stamps(found, stamps, " ".join(_heading(layout, at) for at in stamped))
-    found = _one_segment(path, found, "" if about else part)
-    surplus = [NotRead(name=name, why="no row has a field below it") for name in layout.surplus]
-    surplus += [
-        NotRead(name=f"'{line}'", why="a row of statistics above the samples") for line in layout.statistics
-    ]
-    unread = (*found.not_read, *not_read, *surplus, *_left_out(layout), *body.left_out, *others)
-    return dataclasses.replace(found, not_read=unread)
+    found = _one_segment(found, "" if about else part)
+    stated = {**about, **found.attributes}
+    if not origin and (doubt := cut_off(raw, layout)):
+        stated["unsure"] = "; ".join(filter(None, (stated.get("unsure"), doubt)))
+    unread = (*found.not_read, *not_read, *layout.not_read, *body.left_out, *others)
+    return dataclasses.replace(found, attributes=stated, not_read=unread)
 
 
-def _rows(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str], Body]:
-    """Return the layout of a text, lines from which it was found, and its rows."""
-    layout, lines = _layout(path, raw, **options)
-    return layout, lines, body_of(path, raw, layout)
-
-
-def _layout(path: Path, raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
+def _layout(raw: bytes, **options: Any) -> tuple[Layout, list[str]]:
     """Return the layout of a text, with lines of which one has its number up to the first row of numbers."""
     for many in (BEGINNING, _LONG_PREAMBLE):
         lines = inspected(raw, many)
-        check_width(path, lines)
-        layout = find_layout(lines, path=path, **options)
+        check_width(lines)
+        layout = find_layout(lines, refuse_doubt=True, **options)
         if layout is not None and layout.first < many:
             return layout, lines
     raise DataFileError(
-        "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...).",
-        path=path,
+        "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...)."
     )
 
 
-def _left_out(layout: Layout) -> list[NotRead]:
-    """Name the rows at the beginning that hold words in place of numbers."""
-    rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
-    if not layout.left_out:
-        return []
-    name = f"{rows} behind the headings, from line {layout.first - layout.left_out + 1} on"
-    said = next((cell for row in layout.faulty for cell in row if not layout.notation.is_number(cell)), "")
-    why = f"words in place of numbers, the first '{said[:40]}'"
-    return [NotRead(name=name, why=why if said else "the number of samples of each column")]
-
-
-def _refuse_factors(path: Path, layout: Layout) -> None:
+def _refuse_factors(layout: Layout) -> None:
     """Refuse rows of factors or zeros above the numbers: whether they are applied already, the file does not tell."""
     for line in layout.statistics:
         name, *cells = [cell for cell in split(line, layout.delimiter) if cell]
@@ -138,8 +107,7 @@ def _refuse_factors(path: Path, layout: Layout) -> None:
         if factors and SCALING.fullmatch(name.rstrip(": ")):
             raise DataFileError(
                 f"'{line.strip()[:60]}' stands above the numbers, and the file does not tell whether they are multiplied by it"
-                " already; write the numbers in the units of the headings and remove this line.",
-                path=path,
+                " already; write the numbers in the units of the headings and remove this line."
             )
 
 
@@ -153,7 +121,7 @@ def _heading(layout: Layout, place: int) -> str:
 
 
 def _columns(
-    path: Path, layout: Layout, body: Body, stamped: tuple[int, ...]
+    layout: Layout, body: Body, stamped: tuple[int, ...]
 ) -> tuple[Layout, Mapping[int, Real], list[NotRead]]:
     """Return the layout with the columns that are numbers in all rows, their numbers, and what is not read."""
     numbers: dict[int, Real] = {}
@@ -172,8 +140,7 @@ def _columns(
         if cells.rows.size and _other(layout.notation).is_number(cells.word):
             raise DataFileError(
                 f"column '{name}' holds '{cells.word[:40]}' in line {body.line(int(cells.rows[0]))}, where others are read with"
-                f" {layout.stated}: decimals are written with both signs.",
-                path=path,
+                f" {layout.stated}: decimals are written with both signs."
             )
         if why:
             if why != "empty" or (place < len(layout.titles) and layout.titles[place]):
@@ -182,6 +149,7 @@ def _columns(
         numbers[place] = cells.values
         units[place] = cells.unit
         if count := sum(cells.missing.values()):
+            numbers[place] = np.where(np.isfinite(cells.values), cells.values, np.nan)
             words = ", ".join(f"{many} {word}" for word, many in list(cells.missing.items())[:5])
             not_read.append(
                 NotRead(name=f"{count} of {cells.values.size} samples of '{name}'", why=f"missing: {words}")
@@ -190,11 +158,10 @@ def _columns(
         sign = "point" if layout.decimal_comma else "comma"
         raise DataFileError(
             f"{doubted}; if another table begins there, write each into a file of its own; if decimals are written with a"
-            f" {sign}, state it.",
-            path=path,
+            f" {sign}, state it."
         )
     if not numbers:
-        raise DataFileError("holds no column of numbers.", path=path)
+        raise DataFileError("holds no column of numbers.")
     layout = layout.with_columns(tuple(numbers))
     own = tuple(
         units[place] or unit or _unit_beside(layout, body, place + 1)
@@ -203,7 +170,7 @@ def _columns(
     return dataclasses.replace(layout, units=own), numbers, not_read
 
 
-def _refuse_turns(path: Path, name: str, words: Any) -> None:
+def _refuse_turns(name: str, words: Any) -> None:
     """Refuse rows that are of several quantities in turn, as a column of words tells."""
     kinds = [str(each) for each in dict.fromkeys(words[: 2 * _MOST_IN_TURN])]
     count, size = len(kinds), len(words)
@@ -214,8 +181,7 @@ def _refuse_turns(path: Path, name: str, words: Any) -> None:
     ):
         raise DataFileError(
             f"the rows are those of {', '.join(map(repr, kinds))} in turn, as column '{name}' tells; write a column for each, all"
-            " of a row at one time.",
-            path=path,
+            " of a row at one time."
         )
 
 
@@ -285,62 +251,34 @@ _ROW: Final = re.compile(rb"^[ \t;,\"(]*(?:[+-]|\xe2\x88\x92)? *[.,]?\d", re.MUL
 """Beginning of a row of numbers."""
 
 
-_Table: TypeAlias = "tuple[bytes, dict[str, str], tuple[NotRead, ...]]"
-"""Text of one table, what is stated of it, and the others."""
+def _one_table(raw: bytes, part: str) -> tuple[bytes, dict[str, str], tuple[NotRead, ...], str | None]:
+    """Return one table of a text, what is stated of it, the others, and its delimiter where the format prescribes one.
 
-
-def _one_table(path: Path, raw: bytes, part: str) -> _Table:
-    """Return one table of a text that holds several; by default that of an impedance spectrum, else the longest one."""
+    It is the one that was asked for, else that of a spectrum or the longest one; the whole text if it has no several.
+    """
     tables, about = _of_gamry(raw) if _HEAD.match(raw) else _of_versastudio(raw)
-    return _chosen(path, raw, tables, part, about)
-
-
-def _repeated_table(path: Path, raw: bytes, part: str) -> _Table:
-    """Return one of the tables of a text that has several rows of headings, as tribometers write one for each step."""
-    tables = _of_headings(raw)
-    return _chosen(path, raw, tables if len(tables) > 1 else {}, part, {})
-
-
-def _chosen(path: Path, raw: bytes, tables: Mapping[str, bytes], part: str, about: dict[str, str]) -> _Table:
-    """Return the table that was asked for, else that of a spectrum or the longest one; the whole text if it has none."""
-    if not tables:
-        return raw, {}, ()
+    marked = bool(tables)
+    tables = tables or _of_headings(raw)
+    if not marked and len(tables) < 2:
+        return raw, {}, (), None
     longest = max(tables, key=lambda name: len(tables[name]))
-    chosen = part or (_SPECTRUM if _SPECTRUM in tables else longest)
-    _check(path, chosen, tables)
-    others = {name: len(_ROW.findall(table)) for name, table in tables.items() if name != chosen}
-    return tables[chosen], about | {"table": chosen}, _named(others)
+    rows = {name: len(_ROW.findall(table)) for name, table in tables.items()}
+    chosen, others = one_part(rows, part, _SPECTRUM if _SPECTRUM in tables else longest)
+    sign = ("\t" if b"\t" in tables[chosen] else ",") if marked else None
+    return tables[chosen], about | {"table": chosen}, others, sign
 
 
-def _check(path: Path, part: str, known: Collection[str]) -> None:
-    if part not in known:
-        raise DataFileError(
-            f"part = {part}: there is no such table.{suggestion(part, known)} It has {', '.join(list(known)[:20])}.",
-            path=path,
-        )
-
-
-def _named(rows: Mapping[str, int]) -> tuple[NotRead, ...]:
-    """Name the parts that were not chosen, with their numbers of rows."""
-    why = "another part of {} rows; choose it with part (--set part=NAME)"
-    return tuple(NotRead(name=name, why=why.format(count)) for name, count in rows.items())
-
-
-def _one_segment(path: Path, recorded: Recorded, part: str) -> Recorded:
+def _one_segment(recorded: Recorded, part: str) -> Recorded:
     """Return one of the segments of a record whose times turn back to their beginning; by default the longest one."""
     times = recorded.times() if recorded.time else None
     found = segments_of(times) if times is not None else []
     if len(found) < 2:
         if part:
-            raise DataFileError(
-                f"part = {part}: the file does not consist of parts with names; omit it.", path=path
-            )
+            raise DataFileError(f"part = {part}: the file does not consist of parts with names; omit it.")
         return recorded
     segments = {f"segment {number}": rows for number, rows in enumerate(found, 1)}
     sizes = {name: rows.stop - rows.start for name, rows in segments.items()}
-    chosen = part or max(sizes, key=sizes.__getitem__)
-    _check(path, chosen, segments)
-    del sizes[chosen]
+    chosen, others = one_part(sizes, part, max(sizes, key=sizes.__getitem__))
     return dataclasses.replace(
         recorded,
         channels=tuple(
@@ -348,7 +286,7 @@ def _one_segment(path: Path, recorded: Recorded, part: str) -> Recorded:
             for each in recorded.channels
         ),
         attributes={**recorded.attributes, "table": chosen},
-        not_read=(*recorded.not_read, *_named(sizes)),
+        not_read=(*recorded.not_read, *others),
     )
 
 
@@ -411,11 +349,7 @@ def _fields(line: bytes, sign: bytes | None) -> list[str]:
 def _has_number(fields: Sequence[str]) -> bool:
     """Return whether one of the fields is a number, or stands for a reading that is missing."""
     notations = [Notation(decimal=sign) for sign in ".,"]
-    return any(
-        each and (notation.is_number(each) or notation.quantity(each) is not None)
-        for each in fields
-        for notation in notations
-    )
+    return any(each and notation.states(each) for each in fields for notation in notations)
 
 
 def _of_gamry(raw: bytes) -> tuple[dict[str, bytes], dict[str, str]]:

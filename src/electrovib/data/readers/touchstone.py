@@ -34,32 +34,31 @@ def read_touchstone(path: Path) -> Recorded:
     text = "\n".join(line.partition("!")[0][:_LONGEST_LINE] for line in raw.splitlines())
     words = _KEYWORD.split(text)
     sections = {key.strip().lower(): body for key, body in zip(words[1::2], words[2::2], strict=True)}
-    is_first = float(_stated(path, sections, "version", "1")) < 2
+    is_first = float(_stated(sections, "version", "1")) < 2
     option_line = re.search(r"^\s*#(.*)", text, re.MULTILINE)
     options = option_line[1].upper().split() if option_line else []
     unit = next((word for word in options if word in _FREQUENCY), "GHZ")
     kind = next((word for word in options if word in ("S", "Z", "Y", "G", "H")), "S")
     form = next((word for word in options if word in ("MA", "DB", "RI")), "MA")
     resistance = next((after for word, after in itertools.pairwise([*options, ""]) if word == "R"), "50")
-    reference = float(_stated(path, sections, "reference", resistance))
+    reference = float(_stated(sections, "reference", resistance))
     name = _SUFFIX.fullmatch(path.suffix.lower())
-    ports = _stated(path, sections, "number of ports", name[1] if name else "1")
+    ports = _stated(sections, "number of ports", name[1] if name else "1")
     body = text if is_first else sections.get("network data", "")
     rows = [line.split() for line in body.splitlines() if line.strip() and line.lstrip()[0] not in "#["]
     if kind not in ("S", "Z", "Y"):
-        raise DataFileError(f"states the parameters {kind}; known are S, Z and Y.", path=path)
+        raise DataFileError(f"states the parameters {kind}; known are S, Z and Y.")
     if float(ports) != 1 or any(len(row) != 3 for row in rows) or len(rows) < 2:
         raise DataFileError(
             f"is no Touchstone file of a one-port: it states {ports} ports, or its rows do not have three numbers. Save the"
-            " impedance of the sample, or one reflection such as S11, as .s1p.",
-            path=path,
+            " impedance of the sample, or one reflection such as S11, as .s1p."
         )
-    if len(rows) != int(float(stated := _stated(path, sections, "number of frequencies", str(len(rows))))):
-        raise DataFileError(f"states {stated} frequencies and holds {len(rows)}: it is cut off.", path=path)
+    if len(rows) != int(float(stated := _stated(sections, "number of frequencies", str(len(rows))))):
+        raise DataFileError(f"states {stated} frequencies and holds {len(rows)}: it is cut off.")
     try:
         frequency, first, second = np.array(rows, dtype=float).T
     except ValueError:
-        raise DataFileError("holds a row that is not made of numbers.", path=path) from None
+        raise DataFileError("holds a row that is not made of numbers.") from None
     with np.errstate(all="ignore"):  # a reflection of 1 is an open end, and a damaged file may overflow
         values = _complex(first, second, form)
         normalised = {"S": (1 + values) / (1 - values), "Z": values, "Y": 1 / values}[kind]
@@ -69,10 +68,10 @@ def read_touchstone(path: Path) -> Recorded:
     ]  # fmt: skip
     about = {"parameters": f"{kind} {form}, reference {reference:g} ohm"}
     noise = [NotRead(name=key, why="only network data are read") for key in sections if key == "noise data"]
-    return recorded_of(path, columns, attributes=about, not_read=noise)
+    return recorded_of(columns, attributes=about, not_read=noise)
 
 
-def _stated(path: Path, sections: dict[str, str], key: str, otherwise: str) -> str:
+def _stated(sections: dict[str, str], key: str, otherwise: str) -> str:
     """Return the number above 0 that stands behind a keyword, on its line or below it."""
     found = (sections.get(key, otherwise).split() or [""])[0]
     try:
@@ -80,9 +79,7 @@ def _stated(path: Path, sections: dict[str, str], key: str, otherwise: str) -> s
             return found
     except ValueError:
         pass
-    raise DataFileError(
-        f"states '{found}' for [{key.title()}], where a number above 0 is expected.", path=path
-    )
+    raise DataFileError(f"states '{found}' for [{key.title()}], where a number above 0 is expected.")
 
 
 def _complex(first: Real, second: Real, form: str) -> Complex:

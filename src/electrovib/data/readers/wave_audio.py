@@ -26,7 +26,7 @@ def read_wave(path: Path) -> Recorded:
     """Read a sound file, its channels as shares of full scale, because the file states no other unit."""
     raw = path.read_bytes()
     order = ">" if raw[:4] == b"RIFX" else "<"
-    form, data = _parts(path, raw, order)
+    form, data = _parts(raw, order)
     code, channels, rate, _, block, bits = struct.unpack_from(f"{order}HHIIHH", form)
     if code == _EXTENSIBLE and len(form) >= 26:
         code = struct.unpack_from(f"{order}H", form, 24)[0]
@@ -34,21 +34,19 @@ def read_wave(path: Path) -> Recorded:
     if code not in (_PLAIN, _FLOAT) or width not in ((1, 2, 3, 4) if code == _PLAIN else (4, 8)) or bits % 8:
         raise DataFileError(
             f"is a sound file of the form {code} with {bits} bits; known are whole numbers of 8 to 32 and floats of 32 and 64"
-            " bits without compression.",
-            path=path,
+            " bits without compression."
         )
     if not 0 < channels <= _MOST_CHANNELS or block != channels * width or not rate:
         raise DataFileError(
-            f"is damaged or not a sound file ({channels} channels, {block} bytes a sample, {rate} Hz).",
-            path=path,
+            f"is damaged or not a sound file ({channels} channels, {block} bytes a sample, {rate} Hz)."
         )
     count = len(data) // block
     shares = _shares(data[: count * block], order, width, is_float=code == _FLOAT).reshape(count, channels)
     columns = [(f"channel {at + 1}", "1", shares[:, at]) for at in range(channels)]
-    return recorded_of(path, columns, step=1 / rate)
+    return recorded_of(columns, step=1 / rate)
 
 
-def _parts(path: Path, raw: bytes, order: str) -> tuple[bytes, bytes]:
+def _parts(raw: bytes, order: str) -> tuple[bytes, bytes]:
     """Return the format and the samples; samples that are cut off end with the file."""
     found: dict[bytes, bytes] = {}
     place = 12
@@ -61,7 +59,7 @@ def _parts(path: Path, raw: bytes, order: str) -> tuple[bytes, bytes]:
         place += 8 + size + size % 2
     is_sound = raw[:4] in (b"RIFF", b"RIFX", b"RF64") and b"data" in found
     if not is_sound or len(found.get(b"fmt ", b"")) < 16:
-        raise DataFileError("is damaged or not a sound file (it has no format or no samples).", path=path)
+        raise DataFileError("is damaged or not a sound file (it has no format or no samples).")
     return found[b"fmt "], found[b"data"]
 
 

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
-import functools
 import io
 import itertools
 import re
 import warnings
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import DataColumn, NotRead, choose
+from electrovib.data.recorded import DataColumn, NotRead, agreed_unit, called, choose
 from electrovib.data.text.hypotheses import find_layout
 from electrovib.data.text.layout import (
     RULE,
     STATISTICS,
     WIDE,
     WORD_WITH_UNIT,
+    Layout,
     as_utf8,
     check_width,
     end_of,
@@ -32,38 +30,26 @@ from electrovib.data.text.layout import (
     place_of,
     split,
 )
-from electrovib.data.unit_words import name_and_known_unit
+from electrovib.data.unit_words import Notation, name_and_known_unit, numbers_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
-
-    from electrovib.core.arrays import Real
-    from electrovib.data.text.layout import Layout
 
 _MOST_BEHIND: Final = 1000
 """Lines at the end of a text among which rows that are no samples are looked for."""
 _SHOWN: Final = 40
+_FEWEST_ALIKE: Final = 8
+"""Fewest numbers of one form beside which a shorter one at the very end of a text is one that is cut off."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """The rows of a text: a table of pandas with numbered columns, the line of a row from 1, and what is left out.
-
-    `commented` rows have comments among them.
-    """
+    """The rows of a text: a table of pandas with numbered columns, the line of a row from 1, and what is left out."""
 
     table: Any
     line: Callable[[int], int]
     left_out: tuple[NotRead, ...] = ()
-    commented: bool = False
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether there are numbers in all fields of all lines, so that no line divides the text into tables."""
-        return (
-            not self.left_out and not self.commented and all(each.kind in "fiu" for each in self.table.dtypes)
-        )
 
 
 def table_of(
@@ -93,12 +79,15 @@ def table_of(
         )
 
 
-def body_of(path: Path, raw: bytes, layout: Layout) -> Body:
-    """Read the rows behind the headings; rows of statistics and words at the end are left out, and cut off rows refused."""
+def body_of(raw: bytes, layout: Layout, *, exactly: str = "") -> Body:
+    """Read the rows behind the headings; rows of statistics and words at the end are left out, and cut off rows refused.
+
+    Of a plain table `exactly` says what has as many fields as every row has to have, and nothing is left out.
+    """
     import pandas as pd
 
     start = place_of(raw, layout.first)
-    end, behind = _behind(raw, start, layout)
+    end, behind = _behind(raw, start, layout) if not exactly else (len(raw), ())
     rows = raw if end == len(raw) else raw[:end]
     decimal = layout.notation.decimal
     try:
@@ -116,7 +105,7 @@ def body_of(path: Path, raw: bytes, layout: Layout) -> Body:
             )
     except (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError):
         table = None
-    if table is not None and _is_even(rows, start, layout, table):
+    if table is not None and _is_even(rows, start, layout, table, exactly=bool(exactly)):
 
         def line(row: int) -> int:
             numbered = enumerate(lines_of(rows, start), layout.first + 1)
@@ -124,20 +113,22 @@ def body_of(path: Path, raw: bytes, layout: Layout) -> Body:
             return next(itertools.islice(filled, row, None))
 
         return Body(table=table, line=line, left_out=behind)
-    return dataclasses.replace(_uneven(path, rows, start, layout, behind), commented=not simple)
+    return _uneven(rows, start, layout, behind, exactly)
 
 
-def _is_even(raw: bytes, start: int, layout: Layout, table: Any) -> bool:
+def _is_even(raw: bytes, start: int, layout: Layout, table: Any, *, exactly: bool) -> bool:
     """Return whether all rows have the same number of fields; pandas fills short ones without a word."""
-    if not table[layout.width - 1].isna().any():
+    if not exactly and not table[layout.width - 1].isna().any():
         return True
     if layout.delimiter:
         return raw.count(layout.delimiter.encode(), start) == len(table) * (layout.width - 1)
     return False
 
 
-def _uneven(path: Path, raw: bytes, start: int, layout: Layout, behind: tuple[NotRead, ...]) -> Body:
+def _uneven(raw: bytes, start: int, layout: Layout, behind: tuple[NotRead, ...], exactly: str) -> Body:
     """Read rows with different numbers of fields: lines of words are left out, rows that are cut off refused."""
+    import pandas as pd
+
     rows: list[list[str]] = []
     numbers: list[int] = []
     words: list[tuple[int, str]] = []
@@ -145,18 +136,21 @@ def _uneven(path: Path, raw: bytes, start: int, layout: Layout, behind: tuple[No
         if not line.strip() or is_comment(line):
             continue
         cells = split(line, layout.delimiter)
+        if exactly and len(cells) != layout.width:
+            raise DataFileError(f"line {number} has {len(cells)} fields, but {exactly} {layout.width}.")
         if len(cells) <= layout.columns[-1]:
             if not any(layout.notation.is_number(cell) for cell in cells):
                 words.append((number, line))
                 continue
             raise DataFileError(
                 f"line {number} has {len(cells)} fields, fewer than the {layout.width} of the other rows: it is cut off,"
-                " or the delimiter is another one; state it.",
-                path=path,
+                " or the delimiter is another one; state it."
             )
         rows.append([cell.replace("\t", " ") for cell in cells])
         numbers.append(number)
-    width = max(layout.width, *map(len, rows)) if rows else layout.width
+    width = max([layout.width, *map(len, rows)])
+    if not rows:
+        return Body(table=pd.DataFrame(columns=range(width), dtype=float), line=numbers.__getitem__)
     text = "\n".join("\t".join(row + [""] * (width - len(row))) + "\t." for row in rows)
     table = table_of(
         text.encode(),
@@ -199,8 +193,38 @@ def _is_sample(line: str, layout: Layout, usual: set[str]) -> bool:
         return False
     numbers = [cells[at] for at in layout.columns if at < len(cells) and cells[at]]
     notation = layout.notation
-    are = [notation.is_number(cell) or notation.quantity(cell) is not None for cell in numbers]
+    are = [notation.states(cell) for cell in numbers]
     return all(are) and (any(are) or len(cells) >= layout.width)
+
+
+def cut_off(raw: bytes, layout: Layout) -> str:
+    """Say that the last number may be cut off: no line ends behind it, and all above are written in one longer form."""
+    if raw.endswith(b"\n"):
+        return ""
+    begin = max(place_of(raw, layout.first), end_of(raw, _MOST_BEHIND))
+    rows = [split(line, layout.delimiter) for line in lines_of(raw, begin) if line.strip()]
+    place, decimal = layout.columns[-1], layout.notation.decimal
+    *above, last = ([row[place] for row in rows if len(row) == place + 1]) or [""]
+    forms = {_form(cell, decimal) for cell in above}
+    is_fixed = any(
+        decimal in cell and cell.lower().partition("e")[0].endswith("0") for cell in above
+    )  # else zeros are left out
+    if len(above) < _FEWEST_ALIKE or len(forms) > 1 or not is_fixed or len(rows[-1]) != place + 1:
+        return ""
+    decimals, exponent = forms.pop()
+    own = _form(last, decimal)
+    if own[0] >= decimals and own[1] >= exponent:
+        return ""
+    return (
+        f"the last number '{last}': it is shorter than the {len(above)} above, and no line ends behind it: the file may be cut"
+        " off there"
+    )
+
+
+def _form(cell: str, decimal: str) -> tuple[int, int]:
+    """Return the number of decimals of a number, and of the signs of its exponent."""
+    mantissa, _, exponent = cell.lower().partition("e")
+    return len(mantissa.partition(decimal)[2]), len(exponent)
 
 
 def _named(words: list[tuple[int, str]], why: str) -> tuple[NotRead, ...]:
@@ -213,104 +237,89 @@ def _named(words: list[tuple[int, str]], why: str) -> tuple[NotRead, ...]:
 
 _LONGEST_ROW: Final = 1_000_000
 _INSPECTED: Final = 12
-_NO_NUMBER: Final = ["", "nan", "NaN", "NAN", "-nan", "+nan"]
+"""Rows of a plain table from which its layout follows."""
+_WITH_COMMA: Final = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+_NAN: Final = re.compile(r"[+-]?(nan|inf(inity)?)", re.IGNORECASE)
+_POINT: Final = Notation()
+"""How a plain table writes numbers."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class TextTable:
-    """Delimited text, of which only the first lines have been interpreted; as bytes it is smaller than a list of lines."""
-
-    path: Path
-    raw: bytes
-    delimiter: str
-    headings: tuple[str, ...]
-    units: tuple[str, ...]
-    width: int
-
-    def rows(self) -> Iterator[tuple[int, str]]:
-        """Iterate over the rows of numbers, each with its line number in the file, starting at 1."""
-        numbered = _rows(self.path, self.raw)
-        return itertools.islice(numbered, bool(self.headings) + bool(self.units), None)
-
-    def label(self, index: int) -> str:
-        """Return the name of a column for a message."""
-        return f"column '{self.headings[index]}'" if self.headings else f"column {index}"
-
-    def numbers(self, indices: Sequence[int], *, missing: bool = False) -> Real:
-        """Read columns, shape (rows, indices), in the units of the file; `missing` reads empty fields as NaN."""
-        first = next(self.rows(), None)
-        if first is None:
-            return np.empty((0, len(indices)))
-        start = place_of(self.raw, first[0] - 1)
-        read = functools.partial(
-            table_of,
-            delimiter=self.delimiter,
-            width=self.width,
-            skipinitialspace=True,
-            keep_default_na=False,
-            na_values=_NO_NUMBER,
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
+    """Read columns of a plain table: rows of one length below headings and units alone, and nothing but numbers in them."""
+    raw = as_utf8(path.read_bytes())
+    layout = _plain_layout(raw, [column for column in columns if isinstance(column, str)])
+    headings = layout.titles
+    named = [name_and_known_unit(heading) for heading in headings]
+    named = named or [(f"column {at}", "") for at in range(layout.width)]
+    names = [name for name, _ in named]
+    places = [choose(names, column, range(layout.width), headings) for column in columns]
+    body = body_of(raw, layout, exactly="the headings have" if headings else "the first row has")
+    line = body.line  # alone, because the table is larger
+    found: dict[str | int, DataColumn] = {}
+    for column, (place, asked) in zip(columns, places, strict=True):
+        name = headings[place] if headings else names[place]
+        cells = numbers_of(body.table[place], layout.notation)
+        bad = cells.rows if cells.rows.size or missing else np.flatnonzero(np.isnan(cells.values))
+        if bad.size:
+            _refuse_word(raw, layout, line(int(bad[0])), place, name)
+        own = cells.unit or named[place][1] or "".join(layout.title_units[place : place + 1])
+        found[column] = DataColumn(
+            name=name,
+            unit=agreed_unit(name, own, asked),
+            values=cells.values,
+            place=lambda row: f"line {line(row)}",
         )
-        table = None
-        with suppress(ValueError, Warning):  # of pandas, which names no line
-            table = read(self.raw, start)[list(indices)]
-        if table is None or not self._is_plain(table, start, missing):
-            if why := self._fault(indices, missing):
-                raise DataFileError(f"{self.path}: {why}.")
-            table = read("\n".join(row for _, row in self.rows()).encode(), 0)[list(indices)]
-        return np.asarray(table.to_numpy(dtype=float))
-
-    def _is_plain(self, table: Any, start: int, missing: bool) -> bool:
-        """Return whether pandas found numbers alone, and rows of one length, so that nothing has to be looked at again."""
-        if any(each.kind not in "fiu" for each in table.dtypes) or self.raw.find(b"\n#", start) >= 0:
-            return False
-        if not missing and table.isna().any(axis=None):
-            return False
-        fields = len(table) * (self.width - 1)
-        return bool(self.delimiter) and self.raw.count(self.delimiter.encode(), start) == fields
-
-    def _fault(self, indices: Sequence[int], missing: bool) -> str:
-        for number, line in self.rows():
-            cells = split(line, self.delimiter)
-            if len(cells) != self.width:
-                first = "the headings have" if self.headings else "the first row has"
-                return f"line {number} has {len(cells)} fields, but {first} {self.width}"
-            for index in indices:
-                cell = cells[index]
-                if not _is_number(cell) and not (missing and not cell):
-                    hint = (
-                        "; write decimals with a point"
-                        if re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", cell)
-                        else ""
-                    )
-                    why = f"'{cell[:40]}' is not a number{hint}" if cell else "the number is missing"
-                    return f"line {number}, {self.label(index)}: {why}"
-        return ""
+    return found
 
 
-def read_table(path: Path, names: Sequence[str] = ()) -> TextTable:
-    """Split delimited text into lines, headings and units; there are no headings if the first row consists of numbers."""
-    raw = as_utf8(path, path.read_bytes())
-    first = [line for _, line in itertools.islice(_rows(path, raw), _INSPECTED)]
+def _refuse_word(raw: bytes, layout: Layout, number: int, place: int, name: str) -> None:
+    """Refuse a field of a plain table that states no number; what is not finite is refused with the column."""
+    cell = split(next(lines_of(raw, place_of(raw, number - 1))), layout.delimiter)[place]
+    if not _NAN.fullmatch(cell):
+        hint = "; write decimals with a point" if _WITH_COMMA.fullmatch(cell) else ""
+        why = f"'{cell[:40]}' is not a number{hint}" if cell else "the number is missing"
+        raise DataFileError(f"line {number}, {called(name)}: {why}.")
+
+
+def _plain_layout(raw: bytes, names: Sequence[str]) -> Layout:
+    """Return the layout of a plain table; there are no headings if the first row has numbers that are none of the `names`."""
+    rows = ((at, row) for at, row in enumerate(lines_of(raw)) if row.strip() and not is_comment(row))
+    inspected = dict(itertools.islice(rows, _INSPECTED))
+    places, first = list(inspected), list(inspected.values())
     if not first:
-        raise DataFileError("holds no rows, only comments or blank lines.", path=path)
-    check_width(path, first)
+        raise DataFileError("holds no rows, only comments or blank lines.")
+    for at, row in inspected.items():
+        if len(row) > _LONGEST_ROW:
+            raise DataFileError(f"line {at + 1} has {len(row)} characters; a table has a row per sample.")
+    check_width(first)
     delimiter = _delimiter(first)
     second = split(first[1], delimiter) if len(first) > 1 else []
     top = split(first[0], delimiter)
     if not delimiter:
         words = [first[0].strip()] if len(second) == 1 else WORD_WITH_UNIT.findall(first[0])
         top = [word.strip('"') for word in words]
-    headings, units, width = tuple(top), tuple[str, ...](), len(top)
-    if any(map(_is_number, top)) and not _are_headings(top, names):
-        _refuse_mixture(path, top, second)
-        headings, width = (), len(split(first[0], delimiter))
-    else:
-        while not headings[-1] and len(headings) > max(1, len(second)):
-            headings = headings[:-1]  # a delimiter after the last heading
+    units = list[str]()
+    are_headings = not any(
+        itertools.starmap(_is_number, itertools.zip_longest(top, second[: len(top)], fillvalue=""))
+    ) or not {name for cell in top for name in (cell, name_and_known_unit(cell)[0])}.isdisjoint(names)
+    if are_headings:
+        while not top[-1] and len(top) > max(1, len(second)):
+            top = top[:-1]  # a delimiter after the last heading
         if any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second):
-            units = tuple(cell[1:-1].strip() for cell in second)
-        width = len(headings)
-    return TextTable(path=path, raw=raw, delimiter=delimiter, headings=headings, units=units, width=width)
+            units = [cell[1:-1].strip() for cell in second]
+    else:
+        _refuse_mixture(top, second)
+        top = split(first[0], delimiter)
+    begin = are_headings + bool(units)
+    return Layout(
+        delimiter=delimiter,
+        decimal_comma=False,
+        first=places[begin] if begin < len(first) else raw.count(b"\n") + 1,
+        width=len(top),
+        columns=tuple(range(len(top))),
+        titles=tuple(top) if are_headings else (),
+        title_units=tuple(units),
+    )
 
 
 def _delimiter(lines: Sequence[str]) -> str:
@@ -321,54 +330,19 @@ def _delimiter(lines: Sequence[str]) -> str:
     return next((sign for sign in "\t;," if sign in lines[0]), "")
 
 
-def _are_headings(cells: Sequence[str], names: Sequence[str]) -> bool:
-    """Return whether a name that was asked for is among the cells, which may be numbers."""
-    return not {name for cell in cells for name in (cell, name_and_known_unit(cell)[0])}.isdisjoint(names)
-
-
-def _refuse_mixture(path: Path, top: Sequence[str], second: Sequence[str]) -> None:
+def _refuse_mixture(top: Sequence[str], second: Sequence[str]) -> None:
     """Refuse a first row that holds words above numbers, and numbers."""
     for above, below in zip(top, second, strict=False):
         if above and not _is_number(above) and _is_number(below):
             raise DataFileError(
                 f"the first row has '{above[:40]}' above a number and is neither headings nor data; mend it or begin it"
-                " with '#'.",
-                path=path,
+                " with '#'."
             )
 
 
-def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, DataColumn]:
-    """Read columns by heading or number; units are in the headings or in a row of their own."""
-    table = read_table(path, [column for column in columns if isinstance(column, str)])
-    indices = [choose(path, table.headings, column, table.width) for column in columns]
-    numbers = table.numbers(indices, missing=missing)
-
-    def line(row: int) -> str:
-        return f"line {next(itertools.islice(table.rows(), row, None))[0]}"
-
-    found: dict[str | int, DataColumn] = {}
-    for column, index, values in zip(columns, indices, numbers.T, strict=True):
-        own = name_and_known_unit(table.headings[index])[1] if table.headings else ""
-        own = own or (table.units[index] if index < len(table.units) else "")
-        found[column] = DataColumn(
-            name=table.label(index), unit=own, values=values, label=table.label(index), place=line
-        )
-    return found
-
-
-def _rows(path: Path, raw: bytes) -> Iterator[tuple[int, str]]:
-    for number, line in enumerate(lines_of(raw), 1):
-        if line.lstrip()[:1] not in ("", "#"):
-            if len(line) > _LONGEST_ROW:
-                raise DataFileError(
-                    f"line {number} has {len(line)} characters; a table has a row per sample.", path=path
-                )
-            yield number, line
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return cell.isascii() and "_" not in cell
+def _is_number(cell: str, below: str = "") -> bool:
+    """Return whether a field states a number, or one with its unit as the field below it does; one in brackets may be a name."""
+    number = _POINT.number(cell)
+    if _NAN.fullmatch(cell) or (number is not None and not np.isnan(number) and not cell.startswith("(")):
+        return True
+    return bool(below) and _POINT.quantity(cell) is not None and _POINT.quantity(below) is not None

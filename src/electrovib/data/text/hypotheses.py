@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Final
 
 from electrovib.core.errors import DataFileError
@@ -34,14 +33,14 @@ _FEW: Final = 4
 def find_layout(
     lines: Sequence[str],
     *,
-    path: Path | None = None,
+    refuse_doubt: bool = False,
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
 ) -> Layout | None:
     """Find the layout that explains most of the lines of a text as rows of numbers; None if no line is one.
 
-    Of two that explain them equally well, with other numbers, none is taken: with a `path` both are shown in a
-    refusal.
+    Of two that explain them equally well, with other numbers, none is taken: with `refuse_doubt` both are shown
+    in a refusal.
     """
     text = "\n".join(lines)
     scored: list[tuple[tuple[float, int], Layout]] = []
@@ -64,10 +63,10 @@ def find_layout(
         for (score, settings), layout in scored
         if score == most and _fit(layout, settings, lines)[:1] == _fit(best[1], best[0][1], lines)[:1]
     ]
-    if path is not None:
-        _refuse_doubt(path, lines, best[1], others)
-        _refuse_commas(path, lines, best[1])
-        _refuse_other_notation(path, lines, best[1])
+    if refuse_doubt:
+        _refuse_doubt(lines, best[1], others)
+        _refuse_commas(lines, best[1])
+        _refuse_other_notation(lines, best[1])
     return best[1]
 
 
@@ -102,7 +101,7 @@ def _notations(text: str, delimiter: str, decimal_comma: bool | None) -> Iterato
                 yield comma, sign
 
 
-def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequence[Layout]) -> None:
+def _refuse_doubt(lines: Sequence[str], best: Layout, others: Sequence[Layout]) -> None:
     """Refuse a text that two layouts explain with different numbers."""
     example = next((line.strip()[:60] for line in lines[best.first :] if line.strip()), "")
 
@@ -122,12 +121,11 @@ def _refuse_doubt(path: Path, lines: Sequence[str], best: Layout, others: Sequen
             )
             raise DataFileError(
                 f"'{example}' can be read as {read}, and nothing in the file decides; state whether decimals are"
-                " written with a comma (--set decimal_comma=true, or false), or the delimiter.",
-                path=path,
+                " written with a comma (--set decimal_comma=true, or false), or the delimiter."
             )
 
 
-def _refuse_commas(path: Path, lines: Sequence[str], layout: Layout) -> None:
+def _refuse_commas(lines: Sequence[str], layout: Layout) -> None:
     """Refuse a text in which commas divide both the columns and the decimals, so that each column has become two."""
     above = next((line for line in reversed(lines[: layout.first]) if line.strip()), "")
     names = [name for name in split(above, ",") if name and not layout.notation.is_number(name)]
@@ -135,12 +133,11 @@ def _refuse_commas(path: Path, lines: Sequence[str], layout: Layout) -> None:
     if layout.delimiter == "," and 2 * len(names) == layout.width > 2 and not re.search(r"[.\"]", body):
         raise DataFileError(
             f"has {layout.width} fields in each row below {len(names)} headings: commas divide both the columns and the decimals;"
-            " write it with another delimiter.",
-            path=path,
+            " write it with another delimiter."
         )
 
 
-def _refuse_other_notation(path: Path, lines: Sequence[str], layout: Layout) -> None:
+def _refuse_other_notation(lines: Sequence[str], layout: Layout) -> None:
     """Refuse rows of numbers right above the others that are written with the other decimal sign."""
     point = layout.decimal_comma
     other = Notation(decimal="." if point else ",")
@@ -148,8 +145,7 @@ def _refuse_other_notation(path: Path, lines: Sequence[str], layout: Layout) -> 
     if len(above) == 3 and all(len(row) == layout.width and all(map(other.is_number, row)) for row in above):
         raise DataFileError(
             f"the rows up to line {layout.first} are numbers with a decimal {'point' if point else 'comma'}, those below with a"
-            f" decimal {'comma' if point else 'point'}; write all with one of them.",
-            path=path,
+            f" decimal {'comma' if point else 'point'}; write all with one of them."
         )
 
 
@@ -235,7 +231,7 @@ def _columns(rows: Sequence[Sequence[str]], width: int, notation: Notation) -> t
     found = []
     for place in range(width):
         cells = [row[place] for row in rows if place < len(row) and row[place]]
-        are = [notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells]
+        are = [notation.states(cell) for cell in cells]
         enough = sum(are) > 1 or len(rows) < _FEW
         if enough and 2 * sum(are) + bool(are and are[-1]) > len(cells):  # headings stand above numbers
             found.append(place)
@@ -247,9 +243,7 @@ def _is_alike(row: Sequence[str], columns: Sequence[int], notation: Notation) ->
     if len(row) <= columns[-1]:
         return False
     cells = [row[at] for at in columns if row[at]]
-    return bool(cells) and all(
-        notation.is_number(cell) or notation.quantity(cell) is not None for cell in cells
-    )
+    return bool(cells) and all(notation.states(cell) for cell in cells)
 
 
 def _is_stamp_alone(row: Sequence[str], columns: Sequence[int], width: int) -> bool:

@@ -8,11 +8,10 @@ import itertools
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.recorded import MOST_COLUMNS
+from electrovib.data.recorded import MOST_COLUMNS, NotRead
 from electrovib.data.unit_words import (
     MISSING,
     UNIT_NAMES,
@@ -67,12 +66,12 @@ _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 """First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
 
-def as_utf8(path: Path, raw: bytes) -> bytes:
+def as_utf8(raw: bytes) -> bytes:
     """Return a text in UTF-8 with line feeds, whatever its encoding; bytes that are none are refused."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         raw = raw.decode("utf-16", errors="replace").encode(errors="replace")
     elif b"\0" in raw[:_NO_TEXT]:
-        raise DataFileError("is not a text file; it holds zero bytes.", path=path)
+        raise DataFileError("is not a text file; it holds zero bytes.")
     elif not raw.isascii():
         try:
             raw.decode()
@@ -91,14 +90,13 @@ def is_comment(line: str) -> bool:
     return text.startswith("#") and re.split(r"[\t;,| ]", text, maxsplit=1)[0].lower() not in MISSING
 
 
-def check_width(path: Path, lines: Sequence[str]) -> None:
+def check_width(lines: Sequence[str]) -> None:
     """Refuse a text with more columns than any record of signals has; a comment may be as long as it likes."""
     for line in lines:
         widths = (len(line.split(sign.strip(" ") or None, MOST_COLUMNS)) for sign in DELIMITERS)
         if not is_comment(line) and max(widths) > MOST_COLUMNS:
             raise DataFileError(
-                f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
-                path=path,
+                f"has more than {MOST_COLUMNS} columns; a table has a row per sample and a column per signal."
             )
 
 
@@ -151,9 +149,8 @@ class Layout:
     - `titles`, `title_units`: those of all fields.
     - `preamble`: fields of the lines before the numbers, and the fields beside the numbers that hold text.
     - `headings`: line of the first row of headings; that of the first row of numbers if there is none.
-    - `left_out`, `faulty`: number of rows right above `first` that hold words in place of numbers, and their fields.
     - `statistics`: lines of statistics above the numbers.
-    - `surplus`: headings behind the last field of the rows.
+    - `not_read`: these, rows right above `first` that hold words in place of numbers, and headings without a field below.
     - `has_unused_headings`: whether words right above the numbers are one more or one less than the fields.
     """
 
@@ -169,10 +166,8 @@ class Layout:
     title_units: tuple[str, ...] = ()
     preamble: tuple[tuple[str, ...], ...] = ()
     headings: int = 0
-    left_out: int = 0
     statistics: tuple[str, ...] = ()
-    faulty: tuple[tuple[str, ...], ...] = ()
-    surplus: tuple[str, ...] = ()
+    not_read: tuple[NotRead, ...] = ()
     has_unused_headings: bool = False
 
     @property
@@ -238,23 +233,39 @@ def with_headings(lines: Sequence[str], rows: Sequence[list[str]], layout: Layou
         names, units = _one_below_the_other(lines[:first], names, units)
     numbers = frozenset(columns)
     beside = [tuple(cell for at, cell in enumerate(row) if at not in numbers) for row in rows[first:]]
-    preamble = [tuple(rows[at]) for at in above[: len(above) - left_out]]
+    above, faulty = above[: len(above) - left_out], above[len(above) - left_out :]
+    preamble = [tuple(rows[at]) for at in above]
+    told = [lines[at] for at in statistics] if statistics != [*above, *faulty] else []
+    surplus = [cell for cell in (rows[headings[0]][max(width, layout.width) :] if headings else ()) if cell]
+    not_read = [NotRead(name=name, why="no row has a field below it") for name in surplus]
+    not_read += [NotRead(name=f"'{line}'", why="a row of statistics above the samples") for line in told]
+    lowest = [*above, *faulty][-1:]
     return dataclasses.replace(
         layout,
         titles=tuple(names),
         title_units=tuple(units),
         preamble=(*preamble, *(row for row in beside if any(row))),
         headings=min(headings, default=first),
-        left_out=left_out,
-        statistics=tuple(lines[at] for at in statistics) if statistics != above else (),
+        statistics=tuple(told),
+        not_read=(*not_read, *_left_out([rows[at] for at in faulty], first, notation)),
         has_unused_headings=not any(names)
-        and bool(above)
-        and _may_be_headings(rows[above[-1]], width, layout),
-        faulty=tuple(tuple(rows[at]) for at in above[len(above) - left_out :]),
-        surplus=tuple(
-            cell for cell in (rows[headings[0]][max(width, layout.width) :] if headings else ()) if cell
-        ),
+        and bool(lowest)
+        and _may_be_headings(rows[lowest[0]], width, layout),
     ).with_columns(columns)
+
+
+def _left_out(faulty: Sequence[Sequence[str]], first: int, notation: Notation) -> list[NotRead]:
+    """Name the rows at the beginning that hold words in place of numbers."""
+    if not faulty:
+        return []
+    rows = "the first row" if len(faulty) == 1 else f"the first {len(faulty)} rows"
+    said = next((cell for row in faulty for cell in row if not notation.is_number(cell)), "")
+    why = (
+        f"words in place of numbers, the first '{said[:40]}'"
+        if said
+        else "the number of samples of each column"
+    )
+    return [NotRead(name=f"{rows} behind the headings, from line {first - len(faulty) + 1} on", why=why)]
 
 
 def _of_all_columns(row: list[str], width: int, *, named_rows: bool) -> list[str]:

@@ -35,6 +35,8 @@ _START: Final = frozenset(
 _VAGUE: Final = frozenset({"resolution", "interval", "clock"})
 """Names of which only a value with a unit is a time step."""
 _TIMING: Final = _STEP | _START
+_THINNED: Final = re.compile(r"(decimation|down ?sampling|sub ?sampling)( ?(factor|ratio|by))?")
+"""Names of settings of which samples were left out, by a factor."""
 _SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
 """A second that is written as S, as some oscilloscopes do."""
 _PER_SECOND: Final = re.compile(r"(S(a|amples?)?|samples?|s)(/s(ec)?|ps)(?=, |$)")
@@ -113,6 +115,17 @@ def _contradiction(steps: Mapping[str, float]) -> tuple[NotRead, ...]:
     return (NotRead(name="the time step", why=f"the file states {stated}; state the right one with step"),)
 
 
+def _thinned(settings: Mapping[str, str], layout: Layout) -> tuple[float, str]:
+    """Return the factor by which samples were left out, and the setting that states it; 1 if there is none."""
+    for key, value in settings.items():
+        number = (
+            layout.notation.number(value.partition(", ")[0]) if _THINNED.fullmatch(_key_of(key)) else None
+        )
+        if number is not None and number > 1:
+            return number, f"{key} = {value}"
+    return 1.0, ""
+
+
 def _seconds(value: str, unit: str, layout: Layout) -> float | None:
     return _quantity(_SECONDS.sub(r"\1s", value.removeprefix("Analog:")), unit, "s", layout)
 
@@ -176,6 +189,10 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
     doubt = _contradiction(steps)
     step = None if doubt or not steps else min(steps.values())
     channels = [_in_unit_of_time(each) for each in columns]
+    thinned, words = _thinned(settings, layout)
+    if step is not None and words:
+        about = f"the time step: whether '{next(iter(steps))}' is that before or behind '{words}', the file does not say"
+        settings = {**settings, "unsure": about}
     recorded = Recorded(channels=tuple(channels), step=step, start=start, attributes=settings, not_read=doubt)
     numbers_rows = is_index(layout, channels[0])
     if len(channels) > 1 and not any(FREQUENCY.match(each.name) for each in channels):
@@ -196,16 +213,26 @@ def with_clocks(layout: Layout, columns: Sequence[DataColumn], settings: Mapping
     first = times[0]
     if not first.unit and (layout.has_unused_headings or _states_a_time(layout)):
         return recorded  # whose unit is asked for: some heading was not understood
-    recorded = dataclasses.replace(recorded, time=first.name)
-    if step is not None and keeps_step(first, step):
-        seconds = _seconds_of(first)
-        if (np.diff(seconds) == 0).any():
-            recorded = dataclasses.replace(recorded, time="", start=start or float(seconds[0]))
-            why = "it is rounded; the times follow from the step that the file states"
-            recorded = without(recorded, first, why)
-        else:
-            recorded = dataclasses.replace(recorded, step=None)
+    recorded = _by_column(recorded, first, thinned)
     return _with_further_times(recorded, times)
+
+
+def without_doubt(recorded: Recorded) -> dict[str, str]:
+    """Return the statements of a preamble without a doubt about its time step, where the rows have times of their own."""
+    return {name: each for name, each in recorded.attributes.items() if name != "unsure"}
+
+
+def _by_column(recorded: Recorded, times: DataColumn, thinned: float) -> Recorded:
+    """Return a record with the times of a column, and with a step of the preamble only where the column has another one."""
+    found = dataclasses.replace(recorded, time=times.name, attributes=without_doubt(recorded))
+    step = recorded.step
+    if step is None or not (keeps_step(times, step) or keeps_step(times, step * thinned)):
+        return found
+    seconds = _seconds_of(times)
+    if (np.diff(seconds) != 0).all() or not keeps_step(times, step):
+        return dataclasses.replace(found, step=None)
+    rounded = dataclasses.replace(recorded, start=recorded.start or float(seconds[0]))
+    return without(rounded, times, "it is rounded; the times follow from the step that the file states")
 
 
 def _states_a_time(layout: Layout) -> bool:

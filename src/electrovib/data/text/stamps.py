@@ -13,7 +13,7 @@ import numpy as np
 
 from electrovib.data.recorded import DataColumn, NotRead, Recorded, unique
 from electrovib.data.text.layout import Layout, split
-from electrovib.data.text.preamble import keeps_step
+from electrovib.data.text.preamble import keeps_step, without_doubt
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -134,7 +134,7 @@ def with_stamps(recorded: Recorded, stamps: pd.Series[str], heading: str = "") -
         recorded,
         channels=(column, *recorded.channels),
         time=column.name,
-        attributes={**recorded.attributes, **about},
+        attributes=without_doubt(recorded) | about,
     )
 
 

@@ -52,6 +52,7 @@ from electrovib.recordings.importing.notices import (
     account_lines,
     account_of,
     not_read_words,
+    told,
 )
 from electrovib.recordings.importing.own_material import phase_offset
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced
@@ -264,11 +265,7 @@ def _over_time(
     trace = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": found},
-        origin
-        | {
-            "history": "\n".join(history + words),
-            "validity": json.dumps([each.to_dict() for each in diagnostics]),
-        },
+        origin | told(history + words, diagnostics),
     )
     for name, scale in steps.scale.items():
         if isinstance(scale, SensorCalibration):
@@ -312,22 +309,14 @@ def spectrum_trace(
     if found.impedance is not None and (offset := phase_offset(found.frequency, found.impedance)):
         text = f"{offset.sentence()}: the instrument is badly calibrated"
         diagnostics.append(Diagnostic("calibration of the instrument", "warning", text))
-    history = f"{origin['file']} read by reader '{origin['reader']}'\nspectrum: {found.read_as}; sorted by frequency"
-    attributes = {
-        **origin,
-        "history": history,
-        "validity": json.dumps([each.to_dict() for each in diagnostics]),
-    }
+    read = f"{origin['file']} read by reader '{origin['reader']}'"
+    attributes = {**origin, **told([read, f"spectrum: {found.read_as}; sorted by frequency"], diagnostics)}
+    axes: dict[str, Any] = {"frequency": found.frequency}
     if found.impedance is not None:
-        return make_trace(
-            {"impedance": (("frequency",), found.impedance)}, {"frequency": found.frequency}, attributes
-        )
+        return make_trace({"impedance": (("frequency",), found.impedance)}, axes, attributes)
     assert found.permittivity is not None
-    return make_trace(
-        {"permittivity": (("layer", "frequency"), found.permittivity[None])},
-        {"frequency": found.frequency, "layer": ["sample"]},
-        attributes,
-    )
+    layered = {"permittivity": (("layer", "frequency"), found.permittivity[None])}
+    return make_trace(layered, axes | {"layer": ["sample"]}, attributes)
 
 
 _ABOUT: Final = {"table": "read", "arrangement": "arrangement", "unsure": "not sure"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
@@ -13,6 +12,7 @@ from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
+from electrovib.recordings.importing.notices import told
 from electrovib.recordings.importing.reduction import find_edges, resampled, seconds, span_words
 from electrovib.recordings.interval import student
 
@@ -125,7 +125,6 @@ def _merged(first: xarray.Dataset, second: xarray.Dataset, relation: ClockRelati
     ]
     before, after = (read_diagnostics(each.attrs.get("validity", "[]")) for each in (first, second))
     after = [replace(each, name=f"{each.name} (second file)") for each in after]
-    diagnostics = [each.to_dict() for each in (*before, *after, relation.diagnostic())]
     attributes = {str(name): value for name, value in first.attrs.items() if name != "format"}
     attributes |= {
         f"second_{name}": str(second.attrs[name])[:most]
@@ -135,7 +134,7 @@ def _merged(first: xarray.Dataset, second: xarray.Dataset, relation: ClockRelati
     merged = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": grid},
-        attributes | {"history": "\n".join(words), "validity": json.dumps(diagnostics)},
+        attributes | told(words, (*before, *after, relation.diagnostic())),
     )
     for name in signals:  # such as the error of a calibration
         merged[name].attrs = (second if name in added else first)[name].attrs | merged[name].attrs

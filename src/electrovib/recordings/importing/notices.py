@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
@@ -13,7 +14,7 @@ from electrovib.core.units import format_quantity
 from electrovib.recordings.recording import REPEATS, at_extreme, at_rail
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.data.recorded import DataColumn, Recorded
@@ -91,6 +92,14 @@ def not_read_words(recorded: Recorded) -> list[str]:
     named = "; ".join(f"{each.name} ({each.why})" for each in others[:_MOST_NOT_READ])
     more = f"; and {len(others) - _MOST_NOT_READ} more" if len(others) > _MOST_NOT_READ else ""
     return [f"{read}not read: {named}{more}"]
+
+
+def told(history: Sequence[str], diagnostics: Iterable[Diagnostic]) -> dict[str, str]:
+    """Return the attributes of a Trace that state how it came about and what is wrong with it."""
+    return {
+        "history": "\n".join(history),
+        "validity": json.dumps([each.to_dict() for each in diagnostics]),
+    }
 
 
 def about_file(recorded: Recorded) -> list[Diagnostic]:
