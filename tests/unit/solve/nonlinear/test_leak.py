@@ -212,7 +212,8 @@ def test_the_stated_error_bounds_the_error(name, element, answers, drive, monkey
     expected, whole = (transient({"E": exact}, drive(name), each)["E"] for each in times)
     stated = found.errors["step_error"]
     assert stated < leaks.TOLERANCE
-    assert np.max(np.abs(found.found[CONTROL] - expected)) < 2 * stated * np.max(np.abs(whole))
+    # stated of the last steps; the field returned is that of steps without length, as far as the march is of second order
+    assert np.max(np.abs(found.found[CONTROL] - expected)) < 0.04 * stated * np.max(np.abs(whole))
     assert f"{found.steps} steps" in found.reason
     monkeypatch.setattr(steps, "MOST_HALVINGS", 1)
     monkeypatch.setattr(leaks, "TOLERANCE", 1e-12)
