@@ -139,7 +139,7 @@ class Command(_Arguments, TyperCommand):
                 f" {ctx.info_name} {' '.join(meant)}"
             )
         options.refuse_blank(ctx)
-        if style := ctx.params.get("_style"):
+        if style := ctx.params.get("style"):
             from electrovib.view.files import in_style
 
             outputs = ctx.params["output"] or []

@@ -20,10 +20,9 @@ if TYPE_CHECKING:
 
 def explore(
     *,
-    scenario: options.Scenario = "vezzoli_2014/fig6",
+    experiment: options.DefaultScenarioOptions,
     port: Annotated[int | None, options.number("--port", int)] = None,
     no_browser: options.Flag = False,
-    set: options.Changes = None,
 ) -> None:
     """Open a page in the browser: sliders, curves and limits.
 
@@ -38,7 +37,7 @@ def explore(
     """
     from electrovib.apps.explorer.server import explore
 
-    changes = options.changes(set)
+    asked = experiment.asked
     serving = False
 
     def announce(line: str) -> None:
@@ -48,7 +47,7 @@ def explore(
         sys.stdout.flush()  # a log or a pipe would hold the address back until the page is closed
 
     try:
-        explore(scenario, set=changes, port=port, browser=not no_browser, say=announce)
+        explore(**asked, port=port, browser=not no_browser, say=announce)
     except KeyboardInterrupt:
         if not serving:
             raise
@@ -59,7 +58,7 @@ def report(
     *,
     traces: options.Files,
     output: Annotated[str, typer.Option("--output", "-o")] = "report.html",
-    _style: options.Style = None,
+    style: options.Style = None,  # noqa: ARG001  # which `Command.invoke` reads
     force: options.Flag = False,
 ) -> None:
     """Write one report of several Traces, overlaid.
@@ -202,10 +201,8 @@ def _bibtex(name: str) -> str:
 
 def init(
     *,
-    scenario: options.Scenario = "vezzoli_2014/fig6",
-    set: options.Changes = None,
-    output: options.Output = None,
-    force: options.Flag = False,
+    experiment: options.DefaultScenarioOptions,
+    into: options.FileOptions,
 ) -> None:
     """Write a scenario as a commented TOML file to start from.
 
@@ -216,9 +213,9 @@ def init(
     """
     from electrovib.apps.init import init
 
-    text = init(scenario, set=options.changes(set), output=output, force=force)
-    if output:
-        say(f"written: {output}")
+    text = init(**experiment.asked, output=into.output, force=into.force)
+    if into.output:
+        say(f"written: {into.output}")
     else:
         put(as_toml(text, sys.stdout.encoding))
 

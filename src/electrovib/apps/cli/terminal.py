@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
     from typing import TextIO
 
+    from electrovib.apps.cli.options import AnswerOptions
     from electrovib.core.answer import Answer
     from electrovib.scenario import Scenario
 
@@ -157,32 +158,42 @@ def answered(
     compute: Callable[..., Found],
     words: str,
     given: dict[str, Any],
+    saved: AnswerOptions,
+    *,
     show: Callable[..., object] = show_answer,
     check: Callable[..., object] | None = None,
     write: Callable[..., Iterable[str]] | None = None,
 ) -> Found:
     """Compute, show and write an answer; the output is checked before the computation, and that it replaces no input after.
 
-    `given` has what `compute` takes, besides `output`, `force` and `all`; progress is reported if it can be, and `words` say
-    what is done. `check` and `write` take the place of those of any answer; what `write` returns is printed.
+    `given` has what `compute` takes; progress is reported if it can be, and `words` say what is done. `check` and `write` take
+    the place of those of any answer; what `write` returns is printed.
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.view.files import check_answer
 
-    output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
-    check, write, force = check or check_answer, write or _saved, bool(force)
-    if output:
-        check(kind, output, force=force)
+    check, write = check or check_answer, write or _saved
+    if saved.output:
+        check(kind, saved.output, force=saved.force)
     with inputs_noted() as inputs, tracked(words) as progress:
         can_report = "progress" in inspect.signature(compute).parameters
         found = compute(**given, **({"progress": progress} if can_report else {}))
-    if output:
-        check(type(found), output, inputs=inputs, force=force)
-    show(found, everything=bool(everything))
-    if output:
-        say(*write(found, output, force=force))
+    if saved.output:
+        check(type(found), saved.output, inputs=inputs, force=saved.force)
+    show(found, everything=saved.all)
+    if saved.output:
+        say(*write(found, saved.output, force=saved.force))
     return found
+
+
+def finish(found: Answer, saved: AnswerOptions) -> None:
+    """Show an answer that its function has written already."""
+    from electrovib.view.files import written
+
+    show_answer(found, everything=saved.all)
+    if saved.output:
+        say(written(saved.output, lambda: found.document))
 
 
 def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
