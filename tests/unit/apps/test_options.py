@@ -94,6 +94,9 @@ def test_a_parameter_that_is_a_class_of_options_stands_for_them():
     assert experiment.asked == {"scenario": "a/b", "set": {"drive.high": "3V"}, "limits": ["l.toml"]}
     names = [each.name for each in typer.main.get_command(app).params]
     assert names == ["scenario", "set", "limits", "n", "output", "force", "style", "all"]
+    shown = CliRunner().invoke(app, ["--help"]).output
+    own, _, shared = shown.partition(f"\n{options.ANSWER}:\n")
+    assert all(flag in shared and flag not in own for flag in ("--output", "--force", "--style", "--all"))
 
 
 ABSENT = {"files": None, "name": None, "varying": None, "ring": False, "force": False}

@@ -109,9 +109,9 @@ def evidence(
 def reproduce(
     *,
     paper: Annotated[str, typer.Argument(autocompletion=options.paper_names)] = "vezzoli_2014",
-    output: Annotated[str, typer.Option("--output", "-o")] = "reproduction",
+    output: Annotated[str, typer.Option("--output", "-o", rich_help_panel=options.ANSWER)] = "reproduction",
     skin: options.Text = None,
-    force: options.Flag = False,
+    force: options.Force = False,
 ) -> None:
     """Compute everything that a paper states.
 

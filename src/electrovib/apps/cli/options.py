@@ -49,7 +49,7 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, is_dataclass
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
@@ -243,6 +243,8 @@ def split(param: typer.CallbackParam, value: list[str] | None) -> list[str] | No
     return value and names_of(value)
 
 
+ANSWER: Final = "What is printed and written"
+"""Heading of the options of every answer in the help of a command."""
 Scenario = Annotated[str, typer.Argument(autocompletion=scenario_names)]
 Files = Annotated[list[str], typer.Argument()]
 Text = Annotated[str | None, typer.Option()]
@@ -250,12 +252,13 @@ Texts = Annotated[list[str] | None, typer.Option()]
 Names = Annotated[list[str] | None, typer.Option(callback=split)]
 Needed = Annotated[str, typer.Option()]
 Flag = Annotated[bool, typer.Option()]
-Output = Annotated[str | None, typer.Option("--output", "-o")]
+Output = Annotated[str | None, typer.Option("--output", "-o", rich_help_panel=ANSWER)]
+Force = Annotated[bool, typer.Option("--force", rich_help_panel=ANSWER)]
 Changes = Annotated[list[str] | None, typer.Option("--set")]
 Models = Annotated[list[str] | None, typer.Option("--models", callback=_use_each, is_eager=True)]
-Style = Annotated[str | None, typer.Option("--style")]
+Style = Annotated[str | None, typer.Option("--style", rich_help_panel=ANSWER)]
 Columns = Annotated[list[str] | None, typer.Option("--column")]
-Details = Annotated[bool, typer.Option("--all")]
+Details = Annotated[bool, typer.Option("--all", rich_help_panel=ANSWER)]
 Space = Annotated[str, typer.Option(autocompletion=space_names)]
 Seed = Annotated[int, number("--seed", int)]
 Count = Annotated[int, number("-n", int)]
@@ -303,7 +306,7 @@ class FileOptions:
     """Where a result is written."""
 
     output: Output = None
-    force: Flag = False
+    force: Force = False
 
 
 @dataclass(frozen=True, kw_only=True)

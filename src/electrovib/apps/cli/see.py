@@ -57,9 +57,9 @@ def explore(
 def report(
     *,
     traces: options.Files,
-    output: Annotated[str, typer.Option("--output", "-o")] = "report.html",
+    output: Annotated[str, typer.Option("--output", "-o", rich_help_panel=options.ANSWER)] = "report.html",
     style: options.Style = None,  # noqa: ARG001  # which `Command.invoke` reads
-    force: options.Flag = False,
+    force: options.Force = False,
 ) -> None:
     """Write one report of several Traces, overlaid.
 

@@ -28,9 +28,11 @@ def study(
     exceed: options.Names = None,
     records: options.Flag = False,
     workers: options.Text = None,
-    output: Annotated[list[str] | None, typer.Option("--output", "-o")] = None,
+    output: Annotated[
+        list[str] | None, typer.Option("--output", "-o", rich_help_panel=options.ANSWER)
+    ] = None,
     style: options.Style = None,  # noqa: ARG001  # which `Command.invoke` reads
-    force: options.Flag = False,
+    force: options.Force = False,
 ) -> None:
     """Compute bands of a force over a population of fingers.
 
