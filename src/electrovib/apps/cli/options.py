@@ -25,7 +25,7 @@ materials : A,B,...
 output : FILE|DIR
     A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
 report : FILE
-    Write a self-contained HTML report.
+    Write a report: a page (.html) that holds everything, or what else -o of report takes.
 style : journal
     Of figures (-o x.pdf, .svg, .png): 85 mm wide, with text of 8 pt.
 space : SPACE

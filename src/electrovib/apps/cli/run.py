@@ -136,7 +136,7 @@ def summary(
     sources: Sequence[str] = (),
 ) -> list[str]:
     """Summarise the result in a few lines, among them whether it is `felt`, and what is known of the `sources` of its values."""
-    from electrovib.apps.cli.terminal import is_map, judged
+    from electrovib.apps.cli.terminal import is_map
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.view.summary import quantities_of_run
 
@@ -155,11 +155,7 @@ def summary(
             name, of = "attraction_error", " of the peak attraction"
         error = 100 * float(trace.attrs[name])
         lines.append(f"error through materials reduced to relaxations: at most {error:.2g} %{of}")
-    if is_map(trace):
-        lines += judged(trace, output, report)
-    else:
-        lines += warning_lines(diagnostics_of(trace))
-    lines += sources
+    lines += [*warning_lines(diagnostics_of(trace), brief=is_map(trace)), *sources]
     lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")

@@ -1,21 +1,17 @@
 """``electrovib explore``, ``report``, ``list`` and ``init``: what is there to see, and to start from."""
 
 import sys
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
-from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
+from electrovib.apps.cli.terminal import put, say, show
 from electrovib.core.deprecation import former_value
-
-if TYPE_CHECKING:
-    import xarray
 
 
 def explore(
@@ -75,25 +71,9 @@ def report(
     recipe, changes, columns = (former_value(name, None) for name in ("recipe", "set", "column"))
     found = _imported(traces, recipe_of(recipe, changes, columns, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
-        shown, document = reported(found or traces, output, force=force)
-    say(*_answers(shown, output), *_without_parameters(traces), written(output, lambda: document))
-
-
-def _answers(shown: Mapping[str, "xarray.Dataset"], output: str) -> list[str]:
-    """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
-    from electrovib.core.signals import is_study_result
-    from electrovib.studies.population.result import signal_words
-    from electrovib.view.summary import opening
-
-    lines, warnings = [], []
-    for label, found in shown.items():
-        if is_study_result(found):
-            answer = "; ".join(line for name in found.attrs["signals"] for line in signal_words(found, name))
-        else:
-            answer = opening(found).replace("µ", "u")  # as every other number on the terminal
-        lines += [f"{label}: {answer}"] if answer else []
-        warnings += judged(found, None, output) if is_map(found) else warned(found)
-    return [*lines, *dict.fromkeys(warnings)]
+        document = reported(found or traces, output, force=force)
+    lines = [*document.sentences, *document.warnings]
+    say(*(line.replace("µ", "u") for line in lines), written(output, lambda: document))
 
 
 def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
@@ -117,28 +97,6 @@ def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
             if found[label] is name:
                 found[label] = import_file(name, **recipe)
     return found
-
-
-def _without_parameters(traces: list[str]) -> list[str]:
-    """Explain for which Traces the report shows signals only, because a model of their scenario is missing."""
-    from electrovib.core.errors import InputError
-    from electrovib.core.signals import is_trace
-    from electrovib.data.traces import open_if_trace
-    from electrovib.scenario import scenario_of
-
-    lines: list[str] = []
-    for name in traces:
-        try:
-            found = open_if_trace(name)
-        except InputError:  # a file of an instrument
-            continue
-        if not is_trace(found) or "scenario" not in found.attrs:
-            continue
-        try:
-            scenario_of(found)
-        except InputError as error:
-            lines += [f"{name}: shown without its parameters: {problem}" for problem in error.problems]
-    return lines
 
 
 def list_(
