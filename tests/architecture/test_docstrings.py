@@ -5,13 +5,16 @@ Every other function has one sentence, and a formula, shape or unit where name a
 """
 
 import ast
+import functools
 import inspect
 import re
+from dataclasses import is_dataclass
 from typing import NamedTuple
 
 from source import SOURCE, nodes_of, tree_of
 
 import electrovib
+from electrovib.apps.cli import fit, options, plan
 from electrovib.studies.catalogue.items import families
 
 
@@ -121,10 +124,23 @@ def test_described_parameters_exist():
             actual = {argument.arg for argument in arguments(thing.node)}
             actual |= {extra.arg for extra in (thing.node.args.vararg, thing.node.args.kwarg) if extra}
             if thing.where.startswith("apps.cli."):
-                actual = {name.strip("_") for name in actual} & described
+                classes = options_by_class()
+                names = {each.arg: ast.unparse(each.annotation) for each in arguments(thing.node)}
+                actual = {
+                    one for name, kind in names.items() for one in classes.get(kind, {name.strip("_")})
+                } & described
             if described != actual:
                 wrong.append(f"{thing.where}: {sorted(described)}, not {sorted(actual)}")
     assert not wrong, "\n".join(wrong)
+
+
+@functools.cache
+def options_by_class():
+    """Names of the options of each class of them, such as `options.AnswerOptions`, by how a command names it."""
+    known = {f"options.{name}": kind for name, kind in vars(options).items()} | vars(fit) | vars(plan)
+    return {
+        name: set(inspect.signature(kind).parameters) for name, kind in known.items() if is_dataclass(kind)
+    }
 
 
 def described_names(text):

@@ -54,7 +54,7 @@ def run(
     output : str or Path, optional
         File of the result: ``.nc``, ``.csv`` or ``.mat``; the CSV of a sweep has one row for each case.
     report : str or Path, optional
-        HTML file of the report.
+        File of the report, as for `electrovib.report`.
     force : bool
         Whether files that electrovib did not write may be replaced; a file that is read never is.
 
@@ -194,10 +194,10 @@ def _check_outputs(
         with gathered(problems):
             check_output(output, dict.fromkeys(wanted.dimensions, 1), inputs=inputs, force=force)
     if report is not None:
-        from electrovib.view.pages import check_page
+        from electrovib.view.files import check_document
 
         with gathered(problems):
-            check_page(report, inputs=inputs, force=force)
+            check_document(report, inputs=inputs, force=force)
 
 
 def _set_and_swept(

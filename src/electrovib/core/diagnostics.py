@@ -66,7 +66,7 @@ def warning_lines(diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> 
     """Write one line for each different warning, and one for all that could not be judged, without reasons if `brief`."""
     found = list({each.text: each for each in diagnostics}.values())
     lines = [f"warning: {each.text}" for each in found if each.state == "warning"]
-    unknown = [each.name if brief else each.text for each in found if each.state == "unknown"]
+    unknown = dict.fromkeys(each.name if brief else each.text for each in found if each.state == "unknown")
     return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 

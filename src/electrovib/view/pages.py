@@ -33,7 +33,7 @@ from electrovib.data.atomic import (
 from electrovib.view.style import MOST, new_figure, style, typeset
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from jinja2 import Environment
     from markupsafe import Markup
@@ -93,14 +93,6 @@ def part(template: str, name: str, /, **content: Any) -> str:
     """Fill one macro of a template as `filled` does."""
     macro = getattr(_environment().get_template(template).module, name)
     return str(macro(**content))
-
-
-def check_page(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
-    """Check, before the computation, that a page can be written."""
-    path = output_path(path)
-    if path.suffix.lower() not in {".html", ".htm"}:
-        raise InputError(f"a report is an .html file, such as '{path.with_suffix('.html')}'", path=path)
-    check_writable({path: Form.PAGE}, inputs=inputs, force=force)
 
 
 def breakable(path: str) -> Markup:

@@ -17,6 +17,7 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
 from electrovib.core.files import inputs_noted, kind_of
 from electrovib.core.signals import SIGNALS, is_study_result, is_trace, signal
 from electrovib.data.atomic import output_path
+from electrovib.scenario import scenario_of
 from electrovib.view import summary
 from electrovib.view.files import check_document, save_document
 from electrovib.view.lines import Line, draw, finish, scenario_or_none
@@ -151,10 +152,8 @@ def report(
     return Path(path)
 
 
-def reported(
-    traces: Any, path: str | Path, *, title: str | None = None, force: bool = False
-) -> tuple[dict[str, xarray.Dataset], Document]:
-    """Write a report as `report` does."""
+def reported(traces: Any, path: str | Path, *, title: str | None = None, force: bool = False) -> Document:
+    """Write a report as `report` does, and return what it says."""
     output = output_path(path)
     problems: list[str] = []
     found: dict[str, Any] = {}
@@ -170,7 +169,7 @@ def reported(
     shown = _simulated(found) if found or studied is None else {}
     document = document_of(shown, title=title, studied=studied)
     save_document(document, output, force=force)
-    return {**studies, **shown}, document
+    return document
 
 
 def _loaded(traces: Any) -> dict[str, Any]:
@@ -263,7 +262,7 @@ def document_of(
             ),
             *_residual_table(compared),
         ],
-        diagnostics={label: _judged(trace, readable=label in scenarios) for label, trace in traces.items()},
+        diagnostics={label: _judged(trace, label) for label, trace in traces.items()},
         note=_OF_SWEEP if swept else "",
         figures=drawn,
         alone=next((each.id for each in drawn if each.plot != "stack"), ""),
@@ -294,9 +293,15 @@ def _sentences(traces: Mapping[str, xarray.Dataset], swept: Mapping[str, Mapping
     return said
 
 
-def _judged(trace: xarray.Dataset, *, readable: bool) -> list[Diagnostic]:
-    lost = "the scenario cannot be read by this version, so its values are not shown"
-    unread = [] if readable or "scenario" not in trace.attrs else [Diagnostic("scenario", "warning", lost)]
+def _judged(trace: xarray.Dataset, label: str) -> list[Diagnostic]:
+    """Return the diagnostics of a Trace, and why its parameters are not shown where its scenario cannot be read."""
+    unread = []
+    if "scenario" in trace.attrs:
+        try:
+            scenario_of(trace)
+        except (InputError, ValueError) as error:
+            text = f"{label} is shown without its parameters: {error}"
+            unread.append(Diagnostic("scenario", "warning", text))
     return [*diagnostics_of(trace), *unread]
 
 

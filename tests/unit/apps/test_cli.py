@@ -11,7 +11,6 @@ import xarray
 
 import electrovib as ev
 from electrovib.apps.cli.run import _range
-from electrovib.apps.cli.terminal import judged
 from electrovib.core.budget import BudgetError, allowed
 from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
@@ -106,30 +105,25 @@ def test_numbers_of_a_sweep_as_a_table_and_again(said, here):
 MAP = "run --over stack.insulator.thickness=1um:100um:3log --over drive.high=100:1000:2"
 
 
-def test_a_map_prints_a_few_lines_and_where_the_rest_is(said):
-    """Names of the parameters once; of a limit its name, its largest value with the place, and the number of cases."""
+def test_a_map_prints_a_few_lines_with_the_sentences_of_its_report(said):
+    """A line for each limit, with the place of the largest value and the number of cases; of what is unknown the names."""
     out = said(f"{MAP} -o map.nc")
     with xarray.open_dataset("map.nc") as trace:
         warnings = [each for each in json.loads(trace.attrs["validity"]) if each["state"] == "warning"]
         peak = format_quantity(float(trace["peak electrostatic_force"].max()), "N", digits=4)
     lines = out.splitlines()
-    assert len(out.split()) < 200
-    assert out.count("stack.insulator.thickness") == 1
+    assert len(lines) < 15
     assert any(line.endswith(f" to {peak} (at 1 um, 1 kV)") for line in lines)
     stated = [line for line in lines if line.startswith("warning: ")]
-    assert len(stated) == len(warnings) > 1
-    for line, each in zip(stated, warnings, strict=True):
-        value, limit = (format_quantity(each[name], each["unit"], digits=3) for name in ("value", "limit"))
-        assert line.startswith(f"warning: {each['name']} (in {each['cases']} of 6 cases): up to {value} at ")
-        assert line.endswith(f", above {limit}")
+    assert stated == [f"warning: {each['text']}" for each in warnings]
+    assert len(stated) > 1
+    assert all(f"warning in {each['cases']} of 6 cases" in each["text"] for each in warnings)
     assert any(line.startswith("not judged: ") and "reaches" not in line for line in lines)
-    assert "reasons and advice: 'electrovib report map.nc'" in lines
-    assert "reasons and advice: the same command with --report map.html" in said(MAP).splitlines()
-    assert "reasons and advice: map.html" in said(f"{MAP} --report map.html").splitlines()
-    said("report map.nc -o map.html")
+    printed = said("report map.nc -o map.html").splitlines()
     page = html.unescape(Path("map.html").read_text(encoding="utf-8"))
-    assert all(each["text"].split(";")[0].split(",")[0].split(" reaches ")[0] in page for each in warnings)
-    assert judged(make_trace({}, {}, {"validity": "[]", "over": "[]"}), None, None) == []
+    for line in stated:
+        assert line in printed
+        assert line.removeprefix("warning: ").split(";")[0].split(",")[0].split(" reaches ")[0] in page
 
 
 def test_a_scenario_without_a_title_is_called_as_its_file(said, here):

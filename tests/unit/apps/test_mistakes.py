@@ -83,7 +83,7 @@ def test_all_mistakes_of_file_options_and_outputs_are_told_at_once(here, refused
     for path in ("drive", "contact.area", "load.normal_force", "stack.insulator.thickness"):
         assert sum(line.startswith(f"electrovib: {path} =") for line in lines) == 1
     (here / "bad.toml").write_text(GOOD.replace("90 um", "2 V"))
-    err = refused("run bad.toml --set drive.high -o nowhere/out.nc --report out.pdf")
+    err = refused("run bad.toml --set drive.high -o nowhere/out.nc --report out.xyz")
     words = ("--set drive.high: expected PATH=VALUE", "stack.insulator.thickness", "'nowhere'", ".html")
     assert [word in line for word, line in zip(words, err.splitlines(), strict=True)] == [True] * 4
 

@@ -71,6 +71,34 @@ def call():
     return call
 
 
+def test_a_parameter_that_is_a_class_of_options_stands_for_them():
+    """They stand in its place, with their defaults; the command is given an instance of the class."""
+    given = []
+
+    def several(*, experiment: options.LimitOptions, n: options.Count, saved: options.AnswerOptions) -> None:
+        """Do something.
+
+        Parameters
+        ----------
+        n : N
+            A number.
+        """
+        given.append((experiment, n, saved))
+
+    app = typer.Typer(rich_markup_mode=None, add_completion=False)
+    app.command(cls=Command)(options.spread_out(several))
+    line = "a/b --set drive.high=3V -n 2 -o x.pdf --all --limits l.toml"
+    assert CliRunner().invoke(app, line.split()).exit_code == 0
+    ((experiment, n, saved),) = given
+    assert (n, saved) == (2, options.AnswerOptions(output="x.pdf", all=True))
+    assert experiment.asked == {"scenario": "a/b", "set": {"drive.high": "3V"}, "limits": ["l.toml"]}
+    names = [each.name for each in typer.main.get_command(app).params]
+    assert names == ["scenario", "set", "limits", "n", "output", "force", "style", "all"]
+    shown = CliRunner().invoke(app, ["--help"]).output
+    own, _, shared = shown.partition(f"\n{options.ANSWER}:\n")
+    assert all(flag in shared and flag not in own for flag in ("--output", "--force", "--style", "--all"))
+
+
 ABSENT = {"files": None, "name": None, "varying": None, "ring": False, "force": False}
 
 

@@ -214,7 +214,7 @@ def test_a_trace_names_the_file_of_its_models_and_says_which_is_missing(found, f
 def test_a_report_shows_the_signals_and_states_what_is_missing(folder, found):
     code, out, err = outcomes(folder, "reporter.py")
     assert (code, err) == (0, "")
-    assert "own.nc: shown without its parameters: force: this Trace needs the ForceLaw model" in out
+    assert "warning: own is shown without its parameters: force: this Trace needs the ForceLaw model" in out
 
 
 def test_the_list_of_own_models_is_written_as_text():

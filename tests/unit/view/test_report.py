@@ -147,7 +147,7 @@ def test_a_measurement_shows_what_there_is_and_its_text_stays_text(tmp_path, pag
     assert "nothing" in page.words
     assert "svg" not in page.tags
     _, page = written(tmp_path, measured.assign_attrs(scenario='{"schema": 0}'))
-    assert any("cannot be read by this version" in word for word in page.words)
+    assert any("is shown without its parameters: schema" in word for word in page.words)
 
 
 @pytest.mark.usefixtures("blank_pictures")
@@ -155,11 +155,11 @@ def test_files_scenarios_and_labels(tmp_path, scenario, measured):
     file = tmp_path / "film.toml"
     file.write_text(to_toml(scenario), encoding="utf-8")
     page = tmp_path / "page.html"
-    found, _ = reported([str(file), file, measured, scenario], page)
-    assert list(found) == ["film", "film (2)", "tribometer", "Glass & <film>"]
-    assert "electrostatic_force" in found["film"]
-    assert list(reported({"mine": measured}, page)[0]) == ["mine"]
-    assert list(reported(measured, page)[0]) == ["tribometer"]
+    found = reported([str(file), file, measured, scenario], page)
+    assert list(found.judged) == ["film", "film (2)", "tribometer", "Glass & <film>"]
+    assert found.sentences[0].startswith("film: Largest electrostatic force: ")
+    assert list(reported({"mine": measured}, page).judged) == ["mine"]
+    assert list(reported(measured, page).judged) == ["tribometer"]
 
 
 def test_what_cannot_be_loaded_or_written_is_refused_before_the_work(tmp_path, monkeypatch, trace):

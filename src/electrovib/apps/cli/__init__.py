@@ -101,7 +101,7 @@ for _title, _commands in _GROUPS.items():
             app.add_typer(_each, name="bench", rich_help_panel=_title)
         else:
             _name = _each.__name__.strip("_").replace("_", "-")
-            app.command(_name, cls=Command, rich_help_panel=_title)(_each)
+            app.command(_name, cls=Command, rich_help_panel=_title)(options.spread_out(_each))
 
 
 def main() -> None:

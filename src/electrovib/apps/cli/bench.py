@@ -1,7 +1,7 @@
 """``electrovib bench run`` and ``electrovib bench init``."""
 
 import json
-from typing import Annotated, Final
+from typing import Final
 
 import typer
 
@@ -16,15 +16,13 @@ _TERMINATED: Final = 143
 
 def run(
     *,
-    scenario: options.Scenario,
+    experiment: options.ScenarioOptions,
     bench: options.Text = None,
     simulate: options.Flag = False,
     arm: options.Flag = False,
     finger: options.Text = None,
-    seed: Annotated[int, options.number("--seed", int)] = 0,
-    set: options.Changes = None,
-    output: options.Output = None,
-    force: options.Flag = False,
+    seed: options.Seed = 0,
+    into: options.FileOptions,
 ) -> None:
     """Play the drive of a scenario as one burst and record it.
 
@@ -49,23 +47,24 @@ def run(
     from electrovib.bench.link import BenchStopped
     from electrovib.bench.run import plan_bench, run_bench
 
-    changes = options.changes(set)
-    show_answer(plan_bench(scenario, bench=bench, set=changes))
+    show_answer(plan_bench(bench=bench, **experiment.asked))
     if not (simulate or arm):
         say("nothing was sent: give --simulate for a simulated set-up, or --arm for the real one")
         return
-    asked = options.given(bench=bench, simulate=simulate, arm=arm, finger=finger, seed=seed, output=output)
+    asked = options.given(
+        bench=bench, simulate=simulate, arm=arm, finger=finger, seed=seed, output=into.output
+    )
     try:
         with heard("electrovib.bench", lambda step: say(f"step: {step.getMessage()}")):
-            trace = run_bench(scenario, **asked, set=changes, force=force, confirm=_confirm)
+            trace = run_bench(**experiment.asked, **asked, force=into.force, confirm=_confirm)
     except (KeyboardInterrupt, BenchStopped) as stop:
         try:
             complain(str(stop) or "interrupted")
         finally:  # also where a second interrupt keeps the line from being printed
             raise Told(_TERMINATED if isinstance(stop, BenchStopped) else INTERRUPTED)
     say(*json.loads(trace.attrs["comparisons"]), trace.attrs["left"])
-    if output:
-        say(f"written: {output}")
+    if into.output:
+        say(f"written: {into.output}")
 
 
 def init() -> None:
@@ -91,5 +90,5 @@ group = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-group.command("run", cls=Command)(run)
+group.command("run", cls=Command)(options.spread_out(run))
 group.command("init", cls=Command)(init)

@@ -16,13 +16,10 @@ def compare(
     others: Annotated[list[str] | None, typer.Argument(hidden=True)] = None,
     set: options.Changes = None,
     models: options.Texts = None,
-    all: options.Details = False,
     over: options.Texts = None,
     materials: options.Names = None,
     layer: options.Text = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
+    saved: options.AnswerOptions,
 ) -> None:
     """Compare force laws, or materials, on one stack.
 
@@ -46,18 +43,18 @@ def compare(
     if not scenario:
         _print_static(context)
         return
-    asked = options.given(layer=layer, over=over, output=output, all=all, force=force)
+    asked = options.given(layer=layer, over=over)
     if materials:
         accepted = "scenario set all materials layer output"
         options.only(context, accepted, "--materials, which compares no laws")
         named = None if materials == ["all"] else materials
         asked |= {"scenario": options.changed(scenario, set), "materials": named}
-        answered(MaterialComparison, compare_materials, "comparing materials", asked)
+        answered(MaterialComparison, compare_materials, "comparing materials", asked, saved)
         return
     options.only(context, "scenario set all models over output", "the comparison of force laws")
     asked |= {"scenario": scenario, "models": options.read_laws(models), "set": options.changes(set)}
-    answered(Comparison, compare, "comparing force laws", asked)
-    if not (all or output):
+    answered(Comparison, compare, "comparing force laws", asked, saved)
+    if not (saved.all or saved.output):
         say("--all explains why the laws differ, and lists where their papers contradict each other.")
 
 
@@ -76,12 +73,9 @@ def evidence(
     *,
     measured: Annotated[list[str] | None, typer.Argument()] = None,
     laws: options.Texts = None,
-    all: options.Details = False,
-    n: Annotated[int, options.number("-n", int)] = 64,
-    seed: Annotated[int, options.number("--seed", int)] = 0,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
+    n: options.Count = 64,
+    seed: options.Seed = 0,
+    saved: options.AnswerOptions,
 ) -> None:
     """Judge every law by what was measured.
 
@@ -107,17 +101,17 @@ def evidence(
     from electrovib.studies.evidence.function import evidence
     from electrovib.studies.evidence.result import Evidence
 
-    asked = options.given(measured=measured, laws=laws, n=n, seed=seed, output=output, all=all, force=force)
+    asked = options.given(measured=measured, laws=laws, n=n, seed=seed)
     with items_shown("comparing with measurements"):
-        answered(Evidence, evidence, "comparing with measurements", asked)
+        answered(Evidence, evidence, "comparing with measurements", asked, saved)
 
 
 def reproduce(
     *,
     paper: Annotated[str, typer.Argument(autocompletion=options.paper_names)] = "vezzoli_2014",
-    output: Annotated[str, typer.Option("--output", "-o")] = "reproduction",
+    output: Annotated[str, typer.Option("--output", "-o", rich_help_panel=options.ANSWER)] = "reproduction",
     skin: options.Text = None,
-    force: options.Flag = False,
+    force: options.Force = False,
 ) -> None:
     """Compute everything that a paper states.
 

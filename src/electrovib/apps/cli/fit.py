@@ -31,17 +31,17 @@ compare_with : SCENARIO
 
 import math
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import say, show_answer
+from electrovib.apps.cli.terminal import finish
 from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from electrovib.apps.recorded import Recordings
     from electrovib.core.answer import Answer
 
 Free = Annotated[
@@ -49,28 +49,37 @@ Free = Annotated[
 ]
 
 
+@dataclass(frozen=True, kw_only=True)
+class FitOptions(options.ScenarioOptions):
+    """A scenario, recordings with what is known of them, and which parameters are estimated."""
+
+    recordings: options.Files
+    free: Free = None
+    quantity: options.Names = None
+    noise: options.Texts = None
+    zero: options.Names = None
+    gain_error: options.Texts = None
+    zero_error: options.Texts = None
+    keep: options.Names = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointFitOptions:
+    """What a fit of several recordings together takes too."""
+
+    varying: options.Names = None
+    session: options.Texts = None
+    compare_with: options.Texts = None
+
+
 def fit(
     *,
-    scenario: options.Scenario,
-    recordings: options.Files,
-    free: Free = None,
-    quantity: options.Names = None,
-    noise: options.Texts = None,
-    zero: options.Names = None,
-    gain_error: options.Texts = None,
-    zero_error: options.Texts = None,
-    keep: options.Names = None,
-    set: options.Changes = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    all: options.Details = False,
-    force: options.Flag = False,
-    varying: options.Names = None,
-    session: options.Texts = None,
-    compare_with: options.Texts = None,
+    fitted: FitOptions,
+    joint: JointFitOptions,
     posterior: options.Flag = False,
     seed: Annotated[int | None, options.number("--seed", int)] = None,
     steps: Annotated[int, options.number("-n", int)] = 2000,
+    saved: options.AnswerOptions,
 ) -> None:
     """Estimate parameters of a scenario from recordings.
 
@@ -98,38 +107,20 @@ def fit(
         raise InputError("--posterior: state --seed, so that the samples can be repeated")
     if seed is not None and not posterior:
         raise InputError("--seed: is that of --posterior, which is not given")
-    paths = _free(free)
-    errors = {"noise": noise, "gain_error": gain_error, "zero_error": zero_error}
-    known = _recordings(recordings, set, **errors, quantity=quantity, zero=zero, keep=keep, session=session)
-    joint = options.given(free=paths, varying=varying, compare_with=compare_with, output=output, force=force)
+    asked = _asked(fitted, saved, joint)
     with tracked("fitting") as progress:
         sampling = None if seed is None else Sampling(seed=seed, steps=steps, progress=progress)
-        joint |= options.given(posterior=sampling, progress=progress)
-        found = fit(options.changed(scenario, set), known, **joint)
-    _end(found, output, everything=all, misfit=bool(found.best.misfit.reasons))
+        found = fit(**asked | {"posterior": sampling, "progress": progress})
+    _end(found, saved, misfit=bool(found.best.misfit.reasons))
 
 
 def fit_laws(
     *,
-    scenario: options.Scenario,
-    recordings: options.Files,
-    free: Free = None,
-    quantity: options.Names = None,
-    noise: options.Texts = None,
-    zero: options.Names = None,
-    gain_error: options.Texts = None,
-    zero_error: options.Texts = None,
-    keep: options.Names = None,
-    set: options.Changes = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    all: options.Details = False,
-    force: options.Flag = False,
-    varying: options.Names = None,
-    session: options.Texts = None,
-    compare_with: options.Texts = None,
+    fitted: FitOptions,
+    joint: JointFitOptions,
     laws: options.Names = None,
-    seed: Annotated[int, options.number("--seed", int)] = 0,
+    seed: options.Seed = 0,
+    saved: options.AnswerOptions,
 ) -> None:
     """Weigh which force law made recordings.
 
@@ -149,33 +140,13 @@ def fit_laws(
     from electrovib.apps.fit import fit_laws
     from electrovib.apps.progress import tracked
 
-    paths = _free(free)
-    errors = {"noise": noise, "gain_error": gain_error, "zero_error": zero_error}
-    known = _recordings(recordings, set, **errors, quantity=quantity, zero=zero, keep=keep, session=session)
-    joint = options.given(free=paths, varying=varying, compare_with=compare_with, output=output)
-    joint |= options.given(laws=laws, seed=seed, force=force)
+    asked = _asked(fitted, saved, joint) | options.given(laws=laws)
     with tracked("fitting") as progress:
-        found = fit_laws(options.changed(scenario, set), known, **joint | {"progress": progress})
-    _end(found, output, everything=all, misfit=bool(found.best.misfit.reasons))
+        found = fit_laws(**asked | {"seed": seed, "progress": progress})
+    _end(found, saved, misfit=bool(found.best.misfit.reasons))
 
 
-def fit_separately(
-    *,
-    scenario: options.Scenario,
-    recordings: options.Files,
-    free: Free = None,
-    quantity: options.Names = None,
-    noise: options.Texts = None,
-    zero: options.Names = None,
-    gain_error: options.Texts = None,
-    zero_error: options.Texts = None,
-    keep: options.Names = None,
-    set: options.Changes = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    all: options.Details = False,
-    force: options.Flag = False,
-) -> None:
+def fit_separately(*, fitted: FitOptions, saved: options.AnswerOptions) -> None:
     """Estimate parameters from each recording alone.
 
     Make one table and one figure for all, with the scatter within and between recordings.
@@ -183,13 +154,37 @@ def fit_separately(
     from electrovib.apps.fit import fit_separately
     from electrovib.apps.progress import tracked
 
-    paths = _free(free)
-    errors = {"noise": noise, "gain_error": gain_error, "zero_error": zero_error}
-    known = _recordings(recordings, set, **errors, quantity=quantity, zero=zero, keep=keep)
+    asked = _asked(fitted, saved)
     with tracked("fitting") as progress:
-        asked = options.given(free=paths, output=output, force=force, progress=progress)
-        found = fit_separately(options.changed(scenario, set), known, **asked)
-    _end(found, output, everything=all, misfit=bool(found.misfits))
+        found = fit_separately(**asked, progress=progress)
+    _end(found, saved, misfit=bool(found.misfits))
+
+
+def _asked(
+    fitted: FitOptions, saved: options.AnswerOptions, joint: JointFitOptions | None = None
+) -> dict[str, Any]:
+    """Return what the function of a fit takes: which parameters, what is known of the recordings, and where they go."""
+    from electrovib.apps.recorded import Recordings
+    from electrovib.core.signals import SIGNALS
+    from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
+
+    joint, of_recordings = joint or JointFitOptions(), PRESCRIBING.values()  # what a recording may contradict
+    free = _free(fitted.free)
+    errors: dict[str, Any] = {
+        name: _of_signals(getattr(fitted, name) or (), f"--{name.replace('_', '-')}", relative=relative)
+        for name, relative in (("noise", PROPORTIONAL), ("gain_error", SIGNALS), ("zero_error", ()))
+    }
+    sessions = dict(options.pair_of(text, "--session", "FILE=NAME") for text in joint.session or ())
+    stated = fitted.asked["set"].items()
+    known = Recordings(
+        traces=fitted.recordings,
+        settings={path: value for path, value in stated if path.split(".")[0] in of_recordings},
+        session=sessions,
+        **errors,
+        **options.given(quantity=fitted.quantity, zero=fitted.zero, keep=fitted.keep),
+    )
+    more = options.given(varying=joint.varying, compare_with=joint.compare_with, output=saved.output)
+    return {"scenario": fitted.changed, "recordings": known, "free": free, "force": saved.force} | more
 
 
 def _free(paths: list[str] | None) -> list[str]:
@@ -206,32 +201,9 @@ def _free(paths: list[str] | None) -> list[str]:
     return paths
 
 
-def _recordings(
-    traces: list[str], changes: Sequence[str] | None, **known: Sequence[str] | None
-) -> "Recordings":
-    """Read what is known of the recordings."""
-    from electrovib.apps.recorded import Recordings
-    from electrovib.core.signals import SIGNALS
-    from electrovib.recordings.fit.measured import PRESCRIBING, PROPORTIONAL
-
-    found, of_recordings = options.given(**known), PRESCRIBING.values()  # what a recording may contradict
-    for name, relative in {"noise": PROPORTIONAL, "gain_error": SIGNALS, "zero_error": ()}.items():
-        found[name] = _of_signals(found.get(name, ()), f"--{name.replace('_', '-')}", relative=relative)
-    found["session"] = dict(
-        options.pair_of(text, "--session", "FILE=NAME") for text in found.get("session", ())
-    )
-    stated = options.changes(changes).items()
-    settings = {path: value for path, value in stated if path.split(".")[0] in of_recordings}
-    return Recordings(traces=traces, settings=settings, **found)
-
-
-def _end(found: "Answer", output: str | None, *, everything: bool, misfit: bool) -> None:
+def _end(found: "Answer", saved: options.AnswerOptions, *, misfit: bool) -> None:
     """Print the result, and end with a code of its own where the model does not describe the data."""
-    from electrovib.view.files import written
-
-    show_answer(found, everything=everything)
-    if output:
-        say(written(output, lambda: found.document))
+    finish(found, saved)
     if misfit:
         raise typer.Exit(MISFIT)
 

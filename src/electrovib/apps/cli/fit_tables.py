@@ -8,7 +8,7 @@ import typer
 from electrovib.apps.cli import options
 from electrovib.apps.cli.fit import share_of
 from electrovib.apps.cli.import_ import OF_SAMPLE, READING, recipe_of
-from electrovib.apps.cli.terminal import answered, say, show_answer
+from electrovib.apps.cli.terminal import answered, finish, say, show_answer
 from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError
 from electrovib.core.units import number_in
@@ -32,9 +32,7 @@ def fit_material(
     set: options.Changes = None,
     into: options.Text = None,
     layer: options.Text = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
+    saved: options.AnswerOptions,
 ) -> None:
     """Fit a dispersion to the spectra of a material.
 
@@ -70,12 +68,11 @@ def fit_material(
     """
     from electrovib.apps.fit_material import SpectrumErrors, fit_material
     from electrovib.recordings.importing.own_material import SpectrumRecipe
-    from electrovib.view.files import written
 
     entries = recipe_of(
         former_value("recipe", None), set, columns, only=OF_SAMPLE, of="the fit of a material"
     )
-    asked = options.given(form=form, loss=loss, into=into, layer=layer, output=output, force=force)
+    asked = options.given(form=form, loss=loss, into=into, layer=layer, output=saved.output)
     shares = dict(options.pair_of(text, "--scatter", "FILE=SHARE") for text in scatter or ())
     known: dict[str, Any] = {
         "scatter": {name: share_of(value, "--scatter") for name, value in shares.items()},
@@ -89,10 +86,7 @@ def fit_material(
             raise InputError(f"--band {band}: expected LOW..HIGH, such as '100 Hz..100 kHz'")
         asked["band"] = low, high
     errors = SpectrumErrors(**known)
-    found = fit_material(files, SpectrumRecipe(**entries), errors=errors, **asked)
-    show_answer(found)
-    if output:
-        say(written(output, lambda: found.document))
+    finish(fit_material(files, SpectrumRecipe(**entries), errors=errors, force=saved.force, **asked), saved)
 
 
 def fit_power_law(
@@ -102,9 +96,7 @@ def fit_power_law(
     y: options.Needed,
     session: Annotated[str | None, typer.Option("--session-column")] = None,
     set: options.Changes = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
+    saved: options.AnswerOptions,
 ) -> None:
     """Fit a power law, such as that of force over voltage.
 
@@ -141,14 +133,14 @@ def fit_power_law(
         along, values, sessions, omitted = read_points(**asked, **entries)
         return fit_power_law(along, values, session=sessions)
 
-    asked = options.given(files=files, x=x, y=y, session=session, output=output, force=force)
-    answered(PowerLawFit, fitted, "fitting", asked)
+    asked = options.given(files=files, x=x, y=y, session=session)
+    answered(PowerLawFit, fitted, "fitting", asked, saved)
     say(*_omitted(omitted))
 
 
 def fit_contact(
     *,
-    scenario: options.Scenario,
+    experiment: options.ScenarioOptions,
     files: options.Files,
     load: Annotated[list[str], typer.Option()],
     capacitance: options.Text = None,
@@ -159,13 +151,10 @@ def fit_contact(
     measured: options.Names = None,
     frequency: options.Text = None,
     draws: Annotated[int | None, options.number("--draws", int)] = None,
-    seed: Annotated[int, options.number("--seed", int)] = 0,
+    seed: options.Seed = 0,
     columns: options.Columns = None,
     recipe: options.Text = None,
-    set: options.Changes = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
+    saved: options.AnswerOptions,
 ) -> None:
     """Fit a rough contact to its capacitance over the load.
 
@@ -212,33 +201,36 @@ def fit_contact(
     """
     from electrovib.recordings.fit.contact import ContactFit, fit_contact
     from electrovib.recordings.fit.contact_draws import ContactPrediction
-    from electrovib.view.files import check_answer, save_answer, written
 
     entries = recipe_of(recipe, None, columns, only=READING, of="the fit of a contact")
     wanted = _wanted(voltage, measured, frequency)
     (shape, spots), bent = _roughness(roughness), _body(body)
     if spots and not voltage:
         raise InputError("spots belong to a prediction: give --voltage too", path="--roughness")
-    if output is not None:
-        kind = ContactPrediction if voltage else ContactFit
-        check_answer(kind, output, inputs=[Path(each) for each in files], force=force)
-    known = options.changed(scenario, set)
-    loads, capacitances, omitted = (
-        _of_spectra(known, files, load, entries)
-        if capacitance is None
-        else _of_tables(files, load, capacitance, entries)
-    )
     asked = options.given(free=free, points=former_value("points", None), draws=draws, seed=seed)
-    found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
-    answers: list[ContactFit | ContactPrediction] = [found]
-    if voltage:
-        answers.append(found.predict(**wanted, spots=spots))
-    for each in answers:
-        show_answer(each)
-    say(*_omitted(omitted))
-    if output is not None:
-        save_answer(answers[-1], output, force=force)
-        say(written(output, lambda: answers[-1].document))
+    answers: list[ContactFit | ContactPrediction] = []
+    omitted = 0
+
+    def fitted() -> ContactFit | ContactPrediction:
+        """Fit the contact, and predict the attraction where it is asked for: the last answer is the one that is written."""
+        nonlocal omitted
+        known = experiment.changed
+        loads, capacitances, omitted = (
+            _of_spectra(known, files, load, entries)
+            if capacitance is None
+            else _of_tables(files, load, capacitance, entries)
+        )
+        found = fit_contact(known, load=loads, capacitance=capacitances, roughness=shape, body=bent, **asked)
+        answers.extend([found, *([found.predict(**wanted, spots=spots)] if voltage else [])])
+        return answers[-1]
+
+    def print_both(_: object, *, everything: bool) -> None:
+        for each in answers:
+            show_answer(each, everything=everything)
+        say(*_omitted(omitted))
+
+    kind = ContactPrediction if voltage else ContactFit
+    answered(kind, fitted, "fitting", {}, saved, show=print_both)
 
 
 def _of_tables(

@@ -125,6 +125,18 @@ class Command(_Arguments, TyperCommand):
                 formatter.write(f"{'':{formatter.current_indent}}Example: {self.epilog}\n")
         super().format_help_text(ctx, formatter)
 
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the arguments, the options of the command, and what every answer has, below a heading each."""
+        groups: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
+        for each in self.get_params(ctx):
+            title = "Options" if each.param_type_name == "option" else "Arguments"
+            if row := each.get_help_record(ctx):
+                groups.setdefault(getattr(each, "rich_help_panel", None) or title, []).append(row)
+        for title, rows in groups.items():
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write nothing after the options."""
 
@@ -139,7 +151,7 @@ class Command(_Arguments, TyperCommand):
                 f" {ctx.info_name} {' '.join(meant)}"
             )
         options.refuse_blank(ctx)
-        if style := ctx.params.get("_style"):
+        if style := ctx.params.get("style"):
             from electrovib.view.files import in_style
 
             outputs = ctx.params["output"] or []

@@ -46,8 +46,7 @@ def import_(
     set: options.Changes = None,
     recipe: options.Text = None,
     kind: Annotated[str, typer.Option("--as")] = "trace",
-    output: options.Output = None,
-    force: options.Flag = False,
+    into: options.FileOptions,
 ) -> None:
     """Import a file of an instrument as a Trace.
 
@@ -82,23 +81,23 @@ def import_(
         raise InputError(f"--as {kind}: expected trace, material or measurement")
     read = functools.partial(recipe_of, recipe, set, columns)
     if kind != "trace":
-        return _into_toml(kind, file, output, read, force=force)
+        return _into_toml(kind, file, into, read)
     entries = read(only=(*OF_TRACE, *OF_CLOCKS), of="a Trace")
-    if output is None and "columns" not in entries:
+    if into.output is None and "columns" not in entries:
         return say(*list_columns(file, **{name: entries[name] for name in READING if name in entries}))
     clocks = [name for name in OF_CLOCKS if name in entries]
     if clocks and "with" not in clocks:
         raise InputError(f"{clocks[0]}: belongs to with=TRACE, which is not given")
-    if output is not None and output.lower().endswith(".toml"):
+    if into.output is not None and into.output.lower().endswith(".toml"):
         inputs = [Path(each) for each in (file, recipe) if each]
         reading = {name: entries[name] for name in READING[1:] if name in entries}
         account = list_account(file, **reading)
-        write_recipe(entries, Path(output), inputs, account, force=force)
-        return say(f"written: {output}")
-    return _as_trace(file, output, entries, force=force)
+        write_recipe(entries, Path(into.output), inputs, account, force=into.force)
+        return say(f"written: {into.output}")
+    return _as_trace(file, into, entries)
 
 
-def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: bool) -> None:
+def _as_trace(file: str, into: options.FileOptions, entries: dict[str, Any]) -> None:
     """Import a Trace, write it, and print its history and diagnostics."""
     from electrovib.data.traces import open_trace
     from electrovib.exports.save import check_output, save
@@ -106,22 +105,20 @@ def _as_trace(file: str, output: str | None, entries: dict[str, Any], *, force: 
     from electrovib.recordings.importing.merging import merge_traces
 
     earlier, edges, shift = (entries.pop(name, None) for name in OF_CLOCKS)
-    if output is not None:
+    if into.output is not None:
         inputs = [Path(each) for each in (file, earlier) if each]
-        check_output(output, {"time": 2}, inputs=inputs, force=force)
+        check_output(into.output, {"time": 2}, inputs=inputs, force=into.force)
     trace = import_file(file, entries.pop("columns", {}), **entries)
     if earlier:
         trace = merge_traces(open_trace(earlier), trace, edges=edges or "", shift=shift)
     sizes = ", ".join(f"{size} values of {name}" for name, size in trace.sizes.items())
     say(f"{', '.join(map(str, trace.data_vars))}: {sizes}", *trace.attrs["history"].split("\n"))
     say(*warned(trace))
-    if output is not None:
-        say(*(f"written: {path}" for path in save(trace, output, force=force)))
+    if into.output is not None:
+        say(*(f"written: {path}" for path in save(trace, into.output, force=into.force)))
 
 
-def _into_toml(
-    kind: str, file: str, output: str | None, read: Callable[..., dict[str, Any]], *, force: bool
-) -> None:
+def _into_toml(kind: str, file: str, into: options.FileOptions, read: Callable[..., dict[str, Any]]) -> None:
     """Import a material or a measurement, print what is known of it, and write it."""
     from electrovib.data.atomic import Form, check_writable, write_text
     from electrovib.recordings.importing.own_material import SpectrumRecipe, import_material
@@ -129,11 +126,11 @@ def _into_toml(
     from electrovib.studies.evidence.files import import_measurement
 
     form = Form.MEASUREMENT if kind == "measurement" else None
-    targets = {Path(output): form} if output else {}
+    targets = {Path(into.output): form} if into.output else {}
     for target in targets:
         if target.suffix.lower() != ".toml":
             raise InputError(f"a {kind} is written as .toml, not as '{target.suffix}'", path=target)
-    check_writable(targets, inputs=[Path(file)], force=force)
+    check_writable(targets, inputs=[Path(file)], force=into.force)
     if kind == "material":
         entries = read(only=(*OF_SAMPLE, "conductivity"), of="a material")
         conductivity = entries.pop("conductivity", 0.0)
@@ -148,7 +145,7 @@ def _into_toml(
         lines, text = points.lines, points.to_toml()
     say(*lines)
     for target in targets:
-        write_text(target, text, form, force=force)
+        write_text(target, text, form, force=into.force)
         say(f"written: {target}")
 
 

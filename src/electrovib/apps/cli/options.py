@@ -25,7 +25,7 @@ materials : A,B,...
 output : FILE|DIR
     A page (.html), a figure (.pdf, .svg, .png), tables (.csv, .tex), or a folder with all.
 report : FILE
-    Write a self-contained HTML report.
+    Write a report: a page (.html) that holds everything, or what else -o of report takes.
 style : journal
     Of figures (-o x.pdf, .svg, .png): 85 mm wide, with text of 8 pt.
 space : SPACE
@@ -46,8 +46,10 @@ recipe : FILE.toml
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, is_dataclass
+from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
@@ -180,7 +182,7 @@ def surplus(context: typer.Context, accepted: str) -> list[str]:
 
 def only(context: typer.Context, accepted: str, of: str) -> None:
     """Refuse every option that was typed and is not among the names `accepted`, because `of` does not take it."""
-    if found := surplus(context, f"_style force {accepted}"):
+    if found := surplus(context, f"style force {accepted}"):
         raise InputError(f"{flag}: does not belong to {of}; omit it" for flag in found)
 
 
@@ -241,6 +243,8 @@ def split(param: typer.CallbackParam, value: list[str] | None) -> list[str] | No
     return value and names_of(value)
 
 
+ANSWER: Final = "What is printed and written"
+"""Heading of the options of every answer in the help of a command."""
 Scenario = Annotated[str, typer.Argument(autocompletion=scenario_names)]
 Files = Annotated[list[str], typer.Argument()]
 Text = Annotated[str | None, typer.Option()]
@@ -248,10 +252,92 @@ Texts = Annotated[list[str] | None, typer.Option()]
 Names = Annotated[list[str] | None, typer.Option(callback=split)]
 Needed = Annotated[str, typer.Option()]
 Flag = Annotated[bool, typer.Option()]
-Output = Annotated[str | None, typer.Option("--output", "-o")]
+Output = Annotated[str | None, typer.Option("--output", "-o", rich_help_panel=ANSWER)]
+Force = Annotated[bool, typer.Option("--force", rich_help_panel=ANSWER)]
 Changes = Annotated[list[str] | None, typer.Option("--set")]
 Models = Annotated[list[str] | None, typer.Option("--models", callback=_use_each, is_eager=True)]
-Style = Annotated[str | None, typer.Option("--style")]
+Style = Annotated[str | None, typer.Option("--style", rich_help_panel=ANSWER)]
 Columns = Annotated[list[str] | None, typer.Option("--column")]
-Details = Annotated[bool, typer.Option("--all")]
+Details = Annotated[bool, typer.Option("--all", rich_help_panel=ANSWER)]
 Space = Annotated[str, typer.Option(autocompletion=space_names)]
+Seed = Annotated[int, number("--seed", int)]
+Count = Annotated[int, number("-n", int)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScenarioOptions:
+    """A scenario with its changes; a parameter of this class, as of those below, stands for these options of a command."""
+
+    scenario: Scenario
+    set: Changes = None
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """Scenario and changes, for a function that takes both."""
+        return {"scenario": self.scenario, "set": changes(self.set)}
+
+    @property
+    def changed(self) -> Any:
+        """The scenario with its changes, for a function that takes none."""
+        return changed(self.scenario, self.set)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DefaultScenarioOptions(ScenarioOptions):
+    """A scenario with its changes, by default the pulse of Vezzoli et al. 2014."""
+
+    scenario: Scenario = "vezzoli_2014/fig6"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitOptions(ScenarioOptions):
+    """A scenario with its changes, and limits beside its own."""
+
+    limits: Texts = None
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """Scenario, changes and limits."""
+        return super().asked | given(limits=self.limits)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileOptions:
+    """Where a result is written."""
+
+    output: Output = None
+    force: Force = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnswerOptions(FileOptions):
+    """How an answer is printed and written."""
+
+    style: Style = None
+    all: Details = False
+
+
+def spread_out(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command with the options of each parameter that is a class of several, such as `AnswerOptions`, in its place."""
+    own = inspect.signature(command).parameters
+    kinds = {name: each.annotation for name, each in own.items()}
+    classes = {name: kind for name, kind in kinds.items() if isinstance(kind, type) and is_dataclass(kind)}
+    of = {name: inspect.signature(kind).parameters for name, kind in classes.items()}
+    found = dict[str, inspect.Parameter]()
+    for name, each in own.items():
+        hints = get_type_hints(classes[name], include_extras=True) if name in classes else {}
+        found |= {
+            option: declared.replace(annotation=hints.get(option, declared.annotation))
+            for option, declared in of.get(name, {name: each}).items()
+        }
+
+    @functools.wraps(command)
+    def call(**typed: Any) -> None:
+        filled = {
+            name: kind(**{each: typed.pop(each) for each in of[name]}) for name, kind in classes.items()
+        }
+        command(**typed, **filled)
+
+    call.__signature__ = inspect.Signature(list(found.values()))  # type: ignore[attr-defined]  # which typer reads
+    call.__annotations__ = {name: each.annotation for name, each in found.items()}
+    return call

@@ -12,6 +12,7 @@ output : FILE
 import functools
 import shlex
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -30,18 +31,19 @@ Free = Annotated[str, typer.Option(autocompletion=options.parameter_paths)]
 Want = Annotated[str, typer.Option(autocompletion=options.quantity_names)]
 
 
+@dataclass(frozen=True, kw_only=True)
+class DesignOptions(options.LimitOptions):
+    """In which scenario and within which limits something is sought, and how its drive is played."""
+
+    edge: options.Text = None
+
+
 def find_value(
     *,
-    scenario: options.Scenario,
     want: Want,
     free: Free,
-    limits: options.Texts = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    edge: options.Text = None,
-    all: options.Details = False,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    designing: DesignOptions,
+    saved: options.AnswerOptions,
 ) -> None:
     """Find the value of a parameter for a wanted quantity.
 
@@ -59,27 +61,20 @@ def find_value(
     from electrovib.studies.design.result import DesignedParameter
     from electrovib.studies.design.value import find_value
 
-    asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set)
-    asked |= options.given(output=output, edge=edge, all=all, force=force)
-    _designed(DesignedParameter, find_value, "solving", asked)
+    asked = options.given(want=want, free=free)
+    _designed(DesignedParameter, find_value, "solving", asked, designing, saved)
 
 
 def value_for_share(
     *,
-    scenario: options.Scenario,
     want: Want,
     space: options.Space,
     share: Annotated[float, options.number("--share")],
-    seed: Annotated[int, options.number("--seed", int)],
-    n: Annotated[int, options.number("-n", int)] = 1000,
+    seed: options.Seed,
+    n: options.Count = 1000,
     free: Free,
-    limits: options.Texts = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    edge: options.Text = None,
-    all: options.Details = False,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    designing: DesignOptions,
+    saved: options.AnswerOptions,
 ) -> None:
     """Find the value that suffices for a share of people.
 
@@ -99,25 +94,18 @@ def value_for_share(
     from electrovib.studies.design.share.function import value_for_share
     from electrovib.studies.design.share.result import DesignedForShare
 
-    asked = options.given(scenario=scenario, want=want, free=free, limits=limits, set=set, space=space)
-    asked |= options.given(output=output, edge=edge, all=all, force=force, share=share, seed=seed, n=n)
-    _designed(DesignedForShare, value_for_share, "solving", asked)
+    asked = options.given(want=want, free=free, space=space, share=share, seed=seed, n=n)
+    _designed(DesignedForShare, value_for_share, "solving", asked, designing, saved)
 
 
 def drive_for_force(
     *,
-    scenario: options.Scenario,
     target: options.Needed,
     method: options.Needed,
     carrier: options.Text = None,
     rate: options.Text = None,
-    limits: options.Texts = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    edge: options.Text = None,
-    all: options.Details = False,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    designing: DesignOptions,
+    saved: options.AnswerOptions,
 ) -> None:
     """Find the drive that gives a force over time.
 
@@ -139,28 +127,19 @@ def drive_for_force(
     """
     from electrovib.studies.design.drive.function import DesignedDrive, drive_for_force
 
-    asked = options.given(
-        scenario=scenario, target=target, method=method, carrier=carrier, rate=rate, limits=limits
-    )
-    asked |= options.given(set=set, output=output, edge=edge, all=all, force=force)
-    _designed(DesignedDrive, drive_for_force, "solving", asked)
+    asked = options.given(target=target, method=method, carrier=carrier, rate=rate)
+    _designed(DesignedDrive, drive_for_force, "solving", asked, designing, saved)
 
 
 def texture_drive(
     *,
-    scenario: options.Scenario,
     texture: options.Needed,
     path: options.Needed,
     carrier: options.Text = None,
     rate: options.Text = None,
     ramp: options.Text = None,
-    limits: options.Texts = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    edge: options.Text = None,
-    all: options.Details = False,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    designing: DesignOptions,
+    saved: options.AnswerOptions,
 ) -> None:
     """Compute the drive that renders a texture under a finger.
 
@@ -175,24 +154,19 @@ def texture_drive(
     """
     from electrovib.studies.texture.drive import TextureDrive, texture_drive
 
-    asked = options.given(scenario=scenario, texture=texture, path=path, carrier=carrier, rate=rate)
-    asked |= options.given(ramp=ramp, limits=limits, set=set, output=output, edge=edge, all=all, force=force)
-    _designed(TextureDrive, texture_drive, "rendering and simulating", asked)
+    asked = options.given(texture=texture, path=path, carrier=carrier, rate=rate, ramp=ramp)
+    _designed(TextureDrive, texture_drive, "rendering and simulating", asked, designing, saved)
 
 
 def plan_plate(
     *,
-    scenario: options.Scenario,
     over: options.Texts = None,
     materials: options.Names = None,
     layer: options.Text = None,
     maximise: options.Texts = None,
     minimise: options.Texts = None,
-    limits: options.Texts = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    experiment: options.LimitOptions,
+    saved: options.AnswerOptions,
 ) -> None:
     """Find the plate with the most force within limits.
 
@@ -209,29 +183,21 @@ def plan_plate(
     from electrovib.studies.design.plate.function import plan_plate
     from electrovib.studies.design.plate.result import PlateDesign
 
-    asked = options.given(
-        scenario=scenario, over=over, materials=materials, layer=layer, limits=limits, output=output
-    )
-    asked |= options.given(maximise=maximise, minimise=minimise, set=options.changes(set), force=force)
-    answered(PlateDesign, plan_plate, "evaluating candidates", asked)
+    asked = options.given(over=over, materials=materials, layer=layer, maximise=maximise, minimise=minimise)
+    answered(PlateDesign, plan_plate, "evaluating candidates", experiment.asked | asked, saved)
 
 
 def plan_experiment(
     *,
-    scenario: options.Scenario,
     models: Annotated[list[str], typer.Option()],
     over: Annotated[list[str], typer.Option()],
     space: options.Space,
     quantity: options.Text = None,
     noise: options.Texts = None,
-    limits: options.Texts = None,
-    n: Annotated[int, options.number("-n", int)] = 64,
-    seed: Annotated[int, options.number("--seed", int)] = 0,
-    output: options.Output = None,
-    _style: options.Style = None,
-    all: options.Details = False,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    n: options.Count = 64,
+    seed: options.Seed = 0,
+    experiment: options.LimitOptions,
+    saved: options.AnswerOptions,
 ) -> None:
     """Find the experiment that tells force laws apart soonest.
 
@@ -254,30 +220,28 @@ def plan_experiment(
     """
     from electrovib.studies.evidence.plan import ExperimentPlan, plan_experiment
 
-    asked = options.given(
-        scenario=scenario,
-        models=options.read_laws(models) or [],
-        over=over,
-        space=space,
-        n=n,
-    )
-    asked |= options.given(quantity=quantity, limits=limits, seed=seed, set=options.changes(set))
+    laws = options.read_laws(models) or []
+    asked = options.given(models=laws, over=over, space=space, quantity=quantity, n=n, seed=seed)
     if noise:
         by_kind = {each.strip().endswith("%"): each.strip() for each in noise}
         asked["noise"] = by_kind.get(True, 0.0), by_kind.get(False, 0.0)
-    asked |= options.given(output=output, all=all, force=force)
-    answered(ExperimentPlan, plan_experiment, "comparing experiments", asked)
+    answered(ExperimentPlan, plan_experiment, "comparing experiments", experiment.asked | asked, saved)
 
 
 def _designed(
-    kind: "type[Designed]", compute: "Callable[..., Designed]", words: str, asked: dict[str, Any]
+    kind: "type[Designed]",
+    compute: "Callable[..., Designed]",
+    words: str,
+    asked: dict[str, Any],
+    designing: DesignOptions,
+    saved: options.AnswerOptions,
 ) -> None:
     """Compute, print and write a design, its drive as a waveform too; exit code 1 if it does not give what is wanted."""
     from electrovib.exports.save import check_design_file, write_design
 
-    asked["set"], edge = options.changes(asked.get("set")), edge_of(asked.pop("edge", None))
+    edge = edge_of(designing.edge)
     check, write = functools.partial(check_design_file, **edge), functools.partial(write_design, **edge)
-    found = answered(kind, compute, words, asked, check=check, write=write)
+    found = answered(kind, compute, words, designing.asked | asked, saved, check=check, write=write)
     if not found.is_achieved:
         raise typer.Exit(FAILED)
 
@@ -288,11 +252,8 @@ def check(
     second: Annotated[str | None, typer.Argument()] = None,
     limits: options.Texts = None,
     series_resistor: options.Flag = False,
-    output: options.Output = None,
-    _style: options.Style = None,
-    all: options.Details = False,
     set: options.Changes = None,
-    force: options.Flag = False,
+    saved: options.AnswerOptions,
 ) -> None:
     """Compare voltage, current and breakdown with limits.
 
@@ -330,27 +291,23 @@ def check(
         show_answer(found, everything=everything, state=found.state)
 
     asked = {"drive": drive, "scenario": scenario, "limits": limits, "set": changes}
-    asked |= options.given(output=output, all=all, force=force)
     codes = {FAIL: FAILED, UNKNOWN: NOT_SHOWN}
-    if code := codes.get(answered(CheckResult, check, "checking", asked, print_outcome).state):
+    if code := codes.get(answered(CheckResult, check, "checking", asked, saved, show=print_outcome).state):
         raise typer.Exit(code)
 
 
 def export(
     context: typer.Context,
     *,
-    scenario: options.Scenario,
+    experiment: options.LimitOptions,
     place: Annotated[str | None, typer.Argument()] = None,
-    output: options.Output = None,
-    limits: options.Texts = None,
     instrument: Annotated[str | None, typer.Option("--instrument", "--as")] = None,
     rate: options.Text = None,
     ramp: options.Text = None,
     full_scale: options.Text = None,
     gain: Annotated[float, options.number("--gain")] = 1.0,
     edge: options.Text = None,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    into: options.FileOptions,
 ) -> None:
     """Write a netlist for ngspice, or the drive as a waveform.
 
@@ -375,26 +332,26 @@ def export(
     from electrovib.exports.waveform import export_waveform
     from electrovib.exports.waveform_formats import WAVEFORM_FORMATS, Scaling
 
-    if bool(place) == bool(output):
+    if bool(place) == bool(into.output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
-    path = str(place or output)
-    suffix, changes = Path(path).suffix.lower(), options.changes(set)
+    path = str(place or into.output)
+    suffix, known = Path(path).suffix.lower(), experiment.asked
     if suffix not in WAVEFORM_FORMATS and not instrument:
         if suffix in WRITERS and (used := options.surplus(context, "scenario place output set force")):
             raise InputError(f"{flag}: belongs to a waveform; omit it for a netlist" for flag in used)
         with tracked("solving and writing"):
-            written = export_netlist(scenario, Path(path), changes=changes, force=force)
+            written = export_netlist(known["scenario"], Path(path), changes=known["set"], force=into.force)
         say(*warned(written), f"written: {written.path}")
         say(f"run it:  ngspice -b {shlex.quote(str(written.path))}")
         return
-    asked = options.given(instrument=instrument, limits=limits) | edge_of(edge)
+    asked = known | options.given(instrument=instrument) | edge_of(edge)
     for name, (unit, text) in {"rate": ("Hz", rate), "ramp": ("s", ramp)}.items():
         if text:
             asked[name] = number_in(unit, f"--{name}", text)
     full = number_in("V", "--full-scale", full_scale) if full_scale else None
     asked["scaling"] = Scaling(full_scale=full, gain=gain)
     with tracked("sampling and checking"):
-        found = export_waveform(scenario, path, set=changes, force=force, **asked)
+        found = export_waveform(path=path, force=into.force, **asked)
     show_answer(found)
 
 

@@ -26,18 +26,14 @@ FORCES = ("electrostatic_force", "lateral_force")
 def run(
     context: typer.Context,
     *,
-    scenario: options.Scenario = "vezzoli_2014/fig6",
-    set: options.Changes = None,
+    experiment: options.DefaultScenarioOptions,
     over: options.Texts = None,
     quantity: options.Texts = None,
     records: options.Flag = False,
     states: options.Flag = False,
     voltage: options.Text = None,
-    output: options.Output = None,
-    _style: options.Style = None,
     report: options.Text = None,
-    all: options.Details = False,
-    force: options.Flag = False,
+    saved: options.AnswerOptions,
 ) -> None:
     """Simulate a scenario once, or over values of a parameter.
 
@@ -59,22 +55,24 @@ def run(
     """
     from electrovib.apps.run import run
     from electrovib.scenario import scenario_of
+    from electrovib.studies.perceive import perceive
 
     if states:
         options.only(context, "scenario set states voltage", "--states")
-        return _print_states(scenario, options.changes(set), voltage)
-    if _is_measured(scenario):
+        return _print_states(experiment, voltage)
+    if _is_measured(experiment.scenario):
         of = "a measured Trace, of which only what is felt is computed"
         options.only(context, "scenario set all", of)
-        return _print_felt(scenario, options.changes(set), everything=all)
+        return show_answer(perceive(experiment.scenario, set=experiment.asked["set"]), everything=saved.all)
     accepted = "scenario set over quantity records output report all"
     options.only(context, accepted, "a run without --states")
     asked: dict[str, Any] = {"over": over or (), "quantity": quantity or (), "records": records}
-    trace = run(scenario, set=set or (), **asked, output=output, report=report, force=force)
+    asked |= {"set": experiment.set or (), "output": saved.output, "report": report, "force": saved.force}
+    trace = run(experiment.scenario, **asked)
     found = scenario_of(trace)
-    felt = [] if "over" in trace.attrs else felt_lines(found, everything=all)
-    sources = chosen(found, scenario, without=trace.dims)
-    return say(*summary(trace, output, report, felt=felt, sources=sources))
+    felt = [] if "over" in trace.attrs else felt_lines(found, everything=saved.all)
+    sources = chosen(found, experiment.scenario, without=trace.dims)
+    return say(*summary(trace, saved.output, report, felt=felt, sources=sources))
 
 
 def _is_measured(source: str) -> bool:
@@ -84,12 +82,6 @@ def _is_measured(source: str) -> bool:
 
     found = open_if_trace(source)
     return is_trace(found) and not {"scenario", "over"} & set(found.attrs)
-
-
-def _print_felt(scenario: str, changes: dict[str, Any], *, everything: bool) -> None:
-    from electrovib.studies.perceive import perceive
-
-    show_answer(perceive(scenario, set=changes), everything=everything)
 
 
 def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
@@ -118,21 +110,21 @@ def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
     return [*said.sentences[1 if found.title else 0 :], *said.remarks]
 
 
-def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -> None:
+def _print_states(experiment: options.ScenarioOptions, voltage: str | None) -> None:
     from electrovib.apps.progress import tracked
     from electrovib.core.units import number_in
     from electrovib.physics.roughness import PullingSpots
     from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import equilibrium
 
-    found = read_scenario(scenario, changes=changes)
+    found = read_scenario(experiment.scenario, changes=experiment.asked["set"])
     held = number_in("V", "--voltage", voltage) if voltage else None
     with tracked("finding equilibria"):
         surface = found.contact.surface
         rough = surface is not None and surface.is_rough
         balance = equilibrium(found, voltage=held, spots=PullingSpots() if rough else None)
     show_answer(balance)
-    say(*chosen(found, scenario))
+    say(*chosen(found, experiment.scenario))
 
 
 def summary(
@@ -144,7 +136,7 @@ def summary(
     sources: Sequence[str] = (),
 ) -> list[str]:
     """Summarise the result in a few lines, among them whether it is `felt`, and what is known of the `sources` of its values."""
-    from electrovib.apps.cli.terminal import is_map, judged
+    from electrovib.apps.cli.terminal import is_map
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.view.summary import quantities_of_run
 
@@ -163,11 +155,7 @@ def summary(
             name, of = "attraction_error", " of the peak attraction"
         error = 100 * float(trace.attrs[name])
         lines.append(f"error through materials reduced to relaxations: at most {error:.2g} %{of}")
-    if is_map(trace):
-        lines += judged(trace, output, report)
-    else:
-        lines += warning_lines(diagnostics_of(trace))
-    lines += sources
+    lines += [*warning_lines(diagnostics_of(trace), brief=is_map(trace)), *sources]
     lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
         lines.append(f"friction: {trace.attrs['friction_solver']}")

@@ -1,29 +1,24 @@
 """``electrovib explore``, ``report``, ``list`` and ``init``: what is there to see, and to start from."""
 
 import sys
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.import_ import OF_TRACE, recipe_of
-from electrovib.apps.cli.terminal import is_map, judged, put, say, show, warned
+from electrovib.apps.cli.terminal import put, say, show
 from electrovib.core.deprecation import former_value
-
-if TYPE_CHECKING:
-    import xarray
 
 
 def explore(
     *,
-    scenario: options.Scenario = "vezzoli_2014/fig6",
+    experiment: options.DefaultScenarioOptions,
     port: Annotated[int | None, options.number("--port", int)] = None,
     no_browser: options.Flag = False,
-    set: options.Changes = None,
 ) -> None:
     """Open a page in the browser: sliders, curves and limits.
 
@@ -38,7 +33,7 @@ def explore(
     """
     from electrovib.apps.explorer.server import explore
 
-    changes = options.changes(set)
+    asked = experiment.asked
     serving = False
 
     def announce(line: str) -> None:
@@ -48,7 +43,7 @@ def explore(
         sys.stdout.flush()  # a log or a pipe would hold the address back until the page is closed
 
     try:
-        explore(scenario, set=changes, port=port, browser=not no_browser, say=announce)
+        explore(**asked, port=port, browser=not no_browser, say=announce)
     except KeyboardInterrupt:
         if not serving:
             raise
@@ -58,9 +53,9 @@ def explore(
 def report(
     *,
     traces: options.Files,
-    output: Annotated[str, typer.Option("--output", "-o")] = "report.html",
-    _style: options.Style = None,
-    force: options.Flag = False,
+    output: Annotated[str, typer.Option("--output", "-o", rich_help_panel=options.ANSWER)] = "report.html",
+    style: options.Style = None,  # noqa: ARG001  # which `Command.invoke` reads
+    force: options.Force = False,
 ) -> None:
     """Write one report of several Traces, overlaid.
 
@@ -76,25 +71,9 @@ def report(
     recipe, changes, columns = (former_value(name, None) for name in ("recipe", "set", "column"))
     found = _imported(traces, recipe_of(recipe, changes, columns, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
-        shown, document = reported(found or traces, output, force=force)
-    say(*_answers(shown, output), *_without_parameters(traces), written(output, lambda: document))
-
-
-def _answers(shown: Mapping[str, "xarray.Dataset"], output: str) -> list[str]:
-    """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
-    from electrovib.core.signals import is_study_result
-    from electrovib.studies.population.result import signal_words
-    from electrovib.view.summary import opening
-
-    lines, warnings = [], []
-    for label, found in shown.items():
-        if is_study_result(found):
-            answer = "; ".join(line for name in found.attrs["signals"] for line in signal_words(found, name))
-        else:
-            answer = opening(found).replace("µ", "u")  # as every other number on the terminal
-        lines += [f"{label}: {answer}"] if answer else []
-        warnings += judged(found, None, output) if is_map(found) else warned(found)
-    return [*lines, *dict.fromkeys(warnings)]
+        document = reported(found or traces, output, force=force)
+    lines = [*document.sentences, *document.warnings]
+    say(*(line.replace("µ", "u") for line in lines), written(output, lambda: document))
 
 
 def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
@@ -118,28 +97,6 @@ def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
             if found[label] is name:
                 found[label] = import_file(name, **recipe)
     return found
-
-
-def _without_parameters(traces: list[str]) -> list[str]:
-    """Explain for which Traces the report shows signals only, because a model of their scenario is missing."""
-    from electrovib.core.errors import InputError
-    from electrovib.core.signals import is_trace
-    from electrovib.data.traces import open_if_trace
-    from electrovib.scenario import scenario_of
-
-    lines: list[str] = []
-    for name in traces:
-        try:
-            found = open_if_trace(name)
-        except InputError:  # a file of an instrument
-            continue
-        if not is_trace(found) or "scenario" not in found.attrs:
-            continue
-        try:
-            scenario_of(found)
-        except InputError as error:
-            lines += [f"{name}: shown without its parameters: {problem}" for problem in error.problems]
-    return lines
 
 
 def list_(
@@ -202,10 +159,8 @@ def _bibtex(name: str) -> str:
 
 def init(
     *,
-    scenario: options.Scenario = "vezzoli_2014/fig6",
-    set: options.Changes = None,
-    output: options.Output = None,
-    force: options.Flag = False,
+    experiment: options.DefaultScenarioOptions,
+    into: options.FileOptions,
 ) -> None:
     """Write a scenario as a commented TOML file to start from.
 
@@ -216,9 +171,9 @@ def init(
     """
     from electrovib.apps.init import init
 
-    text = init(scenario, set=options.changes(set), output=output, force=force)
-    if output:
-        say(f"written: {output}")
+    text = init(**experiment.asked, output=into.output, force=into.force)
+    if into.output:
+        say(f"written: {into.output}")
     else:
         put(as_toml(text, sys.stdout.encoding))
 

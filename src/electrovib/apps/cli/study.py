@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def study(
     context: typer.Context,
     *,
-    scenario: options.Scenario,
-    n: Annotated[int, options.number("-n", int)],
-    seed: Annotated[int, options.number("--seed", int)],
+    experiment: options.ScenarioOptions,
+    n: options.Count,
+    seed: options.Seed,
     space: Annotated[str | None, typer.Option(autocompletion=options.space_names)] = None,
     quantity: Annotated[list[str] | None, typer.Option(callback=options.split)] = None,
     sensitivity: options.Flag = False,
@@ -28,10 +28,11 @@ def study(
     exceed: options.Names = None,
     records: options.Flag = False,
     workers: options.Text = None,
-    output: Annotated[list[str] | None, typer.Option("--output", "-o")] = None,
-    _style: options.Style = None,
-    set: options.Changes = None,
-    force: options.Flag = False,
+    output: Annotated[
+        list[str] | None, typer.Option("--output", "-o", rich_help_panel=options.ANSWER)
+    ] = None,
+    style: options.Style = None,  # noqa: ARG001  # which `Command.invoke` reads
+    force: options.Force = False,
 ) -> None:
     """Compute bands of a force over a population of fingers.
 
@@ -64,11 +65,11 @@ def study(
 
     if space is None:
         raise InputError("not given; for instance --space fingers", path="--space")
-    asked = {"scenario": options.changed(scenario, set), "space": space, "n": n, "seed": seed, "force": force}
+    asked = {"scenario": experiment.changed, "space": space, "n": n, "seed": seed}
     outputs = [*(output or []), *filter(None, [former_value("report", None)])]
     if sensitivity:
         options.only(context, "scenario n seed space quantity sensitivity output set", "--sensitivity")
-        _print_sensitivity(asked, quantity or [], outputs)
+        _print_sensitivity(asked, quantity or [], outputs, force=force)
         return
     bands = [name for name in outputs if Path(name).suffix.lower() in {".csv", *SUFFIXES}]
     stores = [name for name in outputs if name not in bands]
@@ -78,21 +79,23 @@ def study(
         quantity=quantity, percentiles=options.names_of(percentiles), exceed=exceed, records=records
     )
     asked |= options.given(workers=workers)
-    _print_bands(asked, stores[0], bands)
+    _print_bands(asked, stores[0], bands, force=force)
 
 
-def _print_sensitivity(asked: dict[str, Any], quantities: list[str], outputs: list[str]) -> None:
+def _print_sensitivity(
+    asked: dict[str, Any], quantities: list[str], outputs: list[str], *, force: bool
+) -> None:
     from electrovib.studies.sensitivity import Sensitivity, sensitivity
 
     if len(quantities) != 1 or len(outputs) > 1:
         name = "--output" if len(outputs) > 1 else "--quantity"
         why = "--sensitivity takes exactly one: 'mean electrostatic_force', and one folder"
         raise InputError(why, path=name)
-    asked |= {"quantity": quantities[0], "output": next(iter(outputs), None)}
-    answered(Sensitivity, sensitivity, "evaluating draws", asked)
+    saved = options.AnswerOptions(output=next(iter(outputs), None), force=force)
+    answered(Sensitivity, sensitivity, "evaluating draws", asked | {"quantity": quantities[0]}, saved)
 
 
-def _print_bands(asked: dict[str, Any], store: str, bands: list[str]) -> None:
+def _print_bands(asked: dict[str, Any], store: str, bands: list[str], *, force: bool) -> None:
     """Compute the bands, print them, and write the outputs beside the store."""
     from electrovib.apps.progress import heard, tracked
     from electrovib.exports.save import save
@@ -100,7 +103,7 @@ def _print_bands(asked: dict[str, Any], store: str, bands: list[str]) -> None:
     from electrovib.studies.population.answer import StudyResult
     from electrovib.view.files import check_answer
 
-    force, problems = asked.pop("force", False), list[str]()
+    problems: list[str] = []
     for each in bands:
         with gathered(problems):
             check_answer(StudyResult, each, force=force)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import codecs
 import inspect
-import math
 import os
-import shlex
 import sys
 import unicodedata
 from contextlib import contextmanager
@@ -16,9 +14,10 @@ from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.errors import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator
     from typing import TextIO
 
+    from electrovib.apps.cli.options import AnswerOptions
     from electrovib.core.answer import Answer
     from electrovib.scenario import Scenario
 
@@ -157,32 +156,42 @@ def answered(
     compute: Callable[..., Found],
     words: str,
     given: dict[str, Any],
+    saved: AnswerOptions,
+    *,
     show: Callable[..., object] = show_answer,
     check: Callable[..., object] | None = None,
     write: Callable[..., Iterable[str]] | None = None,
 ) -> Found:
     """Compute, show and write an answer; the output is checked before the computation, and that it replaces no input after.
 
-    `given` has what `compute` takes, besides `output`, `force` and `all`; progress is reported if it can be, and `words` say
-    what is done. `check` and `write` take the place of those of any answer; what `write` returns is printed.
+    `given` has what `compute` takes; progress is reported if it can be, and `words` say what is done. `check` and `write` take
+    the place of those of any answer; what `write` returns is printed.
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.view.files import check_answer
 
-    output, force, everything = (given.pop(name, None) for name in ("output", "force", "all"))
-    check, write, force = check or check_answer, write or _saved, bool(force)
-    if output:
-        check(kind, output, force=force)
+    check, write = check or check_answer, write or _saved
+    if saved.output:
+        check(kind, saved.output, force=saved.force)
     with inputs_noted() as inputs, tracked(words) as progress:
         can_report = "progress" in inspect.signature(compute).parameters
         found = compute(**given, **({"progress": progress} if can_report else {}))
-    if output:
-        check(type(found), output, inputs=inputs, force=force)
-    show(found, everything=bool(everything))
-    if output:
-        say(*write(found, output, force=force))
+    if saved.output:
+        check(type(found), saved.output, inputs=inputs, force=saved.force)
+    show(found, everything=saved.all)
+    if saved.output:
+        say(*write(found, saved.output, force=saved.force))
     return found
+
+
+def finish(found: Answer, saved: AnswerOptions) -> None:
+    """Show an answer that its function has written already."""
+    from electrovib.view.files import written
+
+    show_answer(found, everything=saved.all)
+    if saved.output:
+        say(written(saved.output, lambda: found.document))
 
 
 def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
@@ -197,48 +206,3 @@ def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
 def is_map(trace: Any) -> bool:
     """Return whether a Trace is a sweep over two parameters or more."""
     return sum(path in trace.attrs.get("over", "") for path in trace.sizes) > 1
-
-
-def judged(trace: Any, output: str | None, report: str | None) -> list[str]:
-    """Write a line for each exceeded limit of a map, one for what was not judged, and one that names where the rest is.
-
-    The last line is left out where nothing is exceeded or unknown.
-    """
-    from electrovib.core.parsing import read_json
-    from electrovib.view.lines import swept_paths, swept_units
-
-    found = read_json(trace.attrs["validity"])
-    units, count = swept_units(trace), math.prod(trace.sizes[path] for path in swept_paths(trace))
-    lines = [_exceeded(each, units, count) for each in found if each["state"] == "warning"]
-    unknown = [_share(each, count) for each in found if each["state"] == "unknown"]
-    if unknown:
-        lines.append(f"not judged: {', '.join(unknown)}")
-    if not lines:
-        return []
-    if report:
-        return [*lines, f"reasons and advice: {report}"]
-    how = (
-        f"'electrovib report {shlex.quote(output)}'" if output else "the same command with --report map.html"
-    )
-    return [*lines, f"reasons and advice: {how}"]
-
-
-def _exceeded(found: Mapping[str, Any], units: Mapping[str, str], count: int) -> str:
-    """Write name, largest value with its place, and limit of an exceeded limit; its sentence where it has no number."""
-    from electrovib.core.units import format_quantity
-
-    if "value" not in found:
-        return f"warning: {found['text']}"
-    value, limit = (format_quantity(found[name], found["unit"], digits=3) for name in ("value", "limit"))
-    return f"warning: {_share(found, count)}: up to {value} at {_place(found['at'], units)}, above {limit}"
-
-
-def _share(found: Mapping[str, Any], count: int) -> str:
-    return f"{found['name']} (in {found.get('cases', count)} of {count} cases)"
-
-
-def _place(at: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    """Write the values of a case, in the order of the first line."""
-    from electrovib.view.summary import swept_value
-
-    return ", ".join(swept_value(value, units.get(path, ""), plain=True) for path, value in at.items())

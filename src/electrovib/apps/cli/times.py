@@ -31,9 +31,7 @@ def times(
     swipes: options.Flag = False,
     channels: Annotated[str | None, typer.Option("--recipe")] = None,
     speed: options.Text = None,
-    output: options.Output = None,
-    _style: options.Style = None,
-    force: options.Flag = False,
+    saved: options.AnswerOptions,
 ) -> None:
     """Measure rise and fall times, or swipes, in a record.
 
@@ -73,23 +71,19 @@ def times(
     from electrovib.recordings.swipe.result import Swipes
     from electrovib.recordings.transitions.times import MeasuredTimes
 
-    asked = options.given(output=output, force=force)
     if swipes or channels:
-        options.only(context, "record swipes channels speed output", "--swipes")
-        asked |= options.given(recording=record, channels=channels, speed=speed)
-        answered(Swipes, reduce_swipes, "finding swipes", asked)
+        options.only(context, "record swipes channels speed output all", "--swipes")
+        asked = options.given(recording=record, channels=channels, speed=speed)
+        answered(Swipes, reduce_swipes, "finding swipes", asked, saved)
         return
-    options.only(
-        context,
-        "record quantity levels by antiphase sensor edges window before ring output",
-        "times, but to --swipes",
-    )
-    asked |= options.given(
+    accepted = "record quantity levels by antiphase sensor edges window before ring output all"
+    options.only(context, accepted, "times, but to --swipes")
+    asked = options.given(
         record=record, quantity=quantity, levels=levels, by=by, antiphase=antiphase, ring=ring
     )
     asked |= options.given(sensor=sensor, edges=edges, window=window, before=before)
     asked |= {"exponentials": former_value("exponentials", 3)}
-    answered(MeasuredTimes, _times, "measuring times", asked)
+    answered(MeasuredTimes, _times, "measuring times", asked, saved)
 
 
 def _times(

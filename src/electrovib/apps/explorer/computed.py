@@ -14,7 +14,6 @@ from electrovib.apps.explorer.runner import FINGERS, LARGEST_RUN, LONGEST_RUN, L
 from electrovib.core.budget import BudgetError, budget
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.core.parsing import read_toml
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.perception import Perception
 from electrovib.solve.expanded import Expanded
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
+    from electrovib.core.answer import Document
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check.result import CheckResult
@@ -106,16 +106,15 @@ class Further:
     """Results beside the Trace; each is None, or empty, until it is computed.
 
     `band` has ``frequency`` [Hz], ``low``, ``middle`` and ``high`` [N], each (n,): 5, 50 and 95 % of the
-    fingers of a population; `drawn` says what differs between these fingers, and what does not. `measured` is what
-    somebody measured in this set-up, `laws` are
-    other force laws on the same finger and plate, and `left_out` those that cannot run here, with the reason.
+    fingers of a `population`, which is what the study of it says. `measured` is what somebody measured in this set-up, `laws`
+    are other force laws on the same finger and plate, and `left_out` those that cannot run here, with the reason.
     `percept` is what is felt, `check` the comparison with limits, and `forces` are exact key figures; `unanswered`
     is the name of a key figure to the reason why it is not known. `problems` says what could not be computed for
     the open tab.
     """
 
     band: Mapping[str, NDArray[Any]] | None = None
-    drawn: str = ""
+    population: Document | None = None
     measured: MeasuredForce | None = None
     laws: Mapping[str, Computed] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
@@ -190,13 +189,12 @@ def _guarded(
         return work(known, found)
     except ElectrovibError as error:
         problem = f"{what} is not shown: {error}"
-        return replace(known, band=None, drawn="", problems=(*known.problems, problem))
+        return replace(known, band=None, population=None, problems=(*known.problems, problem))
 
 
 def _with_band(known: Further, found: Computed) -> Further:
     """Add the band of a population; parameters that the scenario lacks are not drawn."""
     from electrovib.studies.population import study
-    from electrovib.studies.population.result import width_words
 
     scenario = found.scenario
     if "stratum_corneum" not in scenario.stack.layers and scenario.load.normal_force == 0:
@@ -206,8 +204,7 @@ def _with_band(known: Further, found: Computed) -> Further:
     bands = study(scenario, _population(), n=FINGERS, seed=SEED, quantity="mean_force")
     low, middle, high = (bands["mean_force_percentile"].sel(percentile=each).values for each in (5, 50, 95))
     band = {"frequency": bands["frequency"].values, "low": low, "middle": middle, "high": high}
-    said = (f"{each[0].upper()}{each[1:]}." for each in width_words(bands))
-    return replace(known, band=band, drawn=" ".join([_drawn(bands.attrs["space_toml"]), *said]))
+    return replace(known, band=band, population=bands.document)
 
 
 @functools.cache
@@ -226,26 +223,6 @@ def _spaces(tables: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the tables of distributions of a population: that of all fingers, and those of its groups."""
     groups = [group for each in tables.get("groups", {}).values() for group in each.values()]
     return [each["space"] for each in (tables, *groups) if "space" in each]
-
-
-@functools.lru_cache(maxsize=16)
-def _drawn(space: str) -> str:
-    """Write which parameters of the population were drawn, and which the scenario has not."""
-    paths = dict.fromkeys(path for each in _spaces(read_toml(space)) for path in each)
-    known = dict.fromkeys(path for each in _spaces(_population()) for path in each)
-    lacking = [path for path in known if path not in paths]
-    words = f"The band is that of {FINGERS} fingers of the population '{POPULATION}', which differ in {_named(paths)}."
-    more = f" Not drawn, because the scenario does not take it: {_named(lacking)}."
-    return f"{words}{more}" if lacking else words
-
-
-def _named(paths: Iterable[str]) -> str:
-    """Write dotted paths in words: ``stack.gap.thickness`` as thickness of the gap."""
-    words = []
-    for path in paths:
-        *owners, name = path.replace("_", " ").split(".")
-        words.append(f"{name} of the {owners[1 if owners[0] == 'stack' else 0]}")
-    return ", ".join(words)
 
 
 @dataclass(frozen=True)

@@ -207,7 +207,7 @@ class Session:
 
     def _display(self, state: PageState, found: Computed) -> None:
         self.computed, self.shown, self._drawn = found, state, monotonic()
-        self.further = Further(band=self.further.band, drawn=self.further.drawn)
+        self.further = Further(band=self.further.band, population=self.further.population)
         self._report("")
         self.show(found, self.further)
 

@@ -40,6 +40,7 @@ from electrovib.apps.explorer.pictures import (
 from electrovib.apps.explorer.runner import SHOWN_SAMPLES
 from electrovib.apps.explorer.session import Earlier
 from electrovib.apps.explorer.state import PageState, presets
+from electrovib.core.answer import Document
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.discovery import find_members
@@ -152,9 +153,11 @@ def test_a_mistake_of_a_slice_becomes_a_sentence():
     known = known_further(FREQUENCY, clutch)
     assert known.band is None
     assert known.problems[0].startswith("The band of fingers is not shown: the contact has neither skin nor")
-    earlier = Further(band={"low": np.zeros(1)}, drawn="of another scenario")
+    earlier = Further(
+        band={"low": np.zeros(1)}, population=Document(title="of another scenario", sentences=[])
+    )
     found = known_further(FREQUENCY, clutch, earlier)
-    assert (found.band, found.drawn) == (None, "")
+    assert (found.band, found.population) == (None, None)
 
 
 def test_a_curve_holds_the_numbers_of_the_trace_in_the_unit_of_its_axis(shown):
@@ -236,8 +239,10 @@ def test_a_band_of_fingers_is_that_of_a_study_and_states_what_was_drawn(shown):
     assert np.all(known.band["middle"] <= known.band["high"])
     bands = ev.study(shown.scenario, "fingers", n=200, seed=1, quantity="mean_force").mean_force_percentile
     np.testing.assert_array_equal(known.band["high"], bands.sel(percentile=95).values)
-    assert "which differ in thickness of the stratum corneum, permittivity of" in known.drawn
-    assert "does not take it: level of the moisture" in known.drawn
+    said = content(FREQUENCY, shown, known).below
+    assert "differ between them: stack.stratum_corneum.thickness, stack.stratum_corneum.material.perm" in said
+    assert "moisture.level is not drawn: the scenario has no such parameter" in said
+    assert said.count("<li>") == len(known.population.remarks)
     plot = over_frequency(shown, band=known.band)[0]
     lower, upper, line = plot["data"]
     assert upper["fill"] == "tonexty"
@@ -246,9 +251,9 @@ def test_a_band_of_fingers_is_that_of_a_study_and_states_what_was_drawn(shown):
     assert 10 ** plot["layout"]["yaxis"]["range"][0] < min(lower["y"])
     bare = known_further(FREQUENCY, compute(ev.load("strong_1970/display")))  # a finger without skin
     assert bare.problems == ()
-    drawn, _, left_out = bare.drawn.partition("Not drawn")
-    assert "area of the contact" in drawn
-    assert "thickness of the stratum corneum" in left_out
+    said = content(FREQUENCY, shown, bare).below
+    assert "contact.area" in said
+    assert "stack.stratum_corneum.thickness is not drawn" in said
     assert np.all(bare.band["low"] < bare.band["high"])
 
 

@@ -246,7 +246,8 @@ def content(
         return Content([], above + paragraphs([why_not(found)]), pulse=animation(found))
     elif tab == FREQUENCY:
         figures = pictures.over_frequency(found, earlier, band=further.band)
-        shown = Content(figures, above, paragraphs([further.drawn]))
+        said, below = answer_words(further.population)
+        shown = Content(figures, above + said, below)
     elif tab == LAWS:
         figures = pictures.laws(found, further.laws, further.measured)
         shown = Content(figures, above, law_words(found, further))
@@ -311,16 +312,19 @@ def law_words(found: Computed, further: Further) -> str:
     return paragraphs(more) + _part("table", headings=headings, rows=rows)
 
 
-def answer_words(document: Document, outcome: str = "unknown", *, skipped: int = 0) -> tuple[str, str]:
-    """Write what stands above figures and tables of an answer, and these with the rest.
+def answer_words(document: Document | None, outcome: str = "unknown", *, skipped: int = 0) -> tuple[str, str]:
+    """Write what stands above figures and tables of an answer, and these with the rest; nothing where there is none.
 
     Above are the first sentence that is not skipped, in the colour of its outcome, and what protects a person.
     """
+    if document is None:
+        return "", ""
     first, *others = document.sentences[skipped:]
     said = _part("first", sentence=first, outcome=outcome)
     said += paragraphs(each for each in others if each == HARDWARE)
     tables = "".join(map(_of_answer, (*document.numbers, *document.tables)))
-    below = paragraphs(each for each in others if each != HARDWARE)
+    captions = (each.caption for each in document.figures if each.caption)
+    below = paragraphs([*captions, *(each for each in others if each != HARDWARE)])
     return said, tables + below + _part("listed", remarks=document.remarks)
 
 
