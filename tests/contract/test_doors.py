@@ -354,7 +354,7 @@ COMMANDS = [
     "fit-laws s.toml r.nc --free contact.area --laws EffectiveMedium --seed 1 -o out",
     "fit-separately s.toml r.nc --free contact.area -o out",
     f"plan-experiment s.toml --models {','.join(LAWS)} --over {LOAD}=0.5:1:2 --space space.toml --quantity '{MEAN}' -n 4"
-    " -o out.html",
+    " --noise '10 %' --noise '1 mN' -o out.html",
     "report s.toml -o out.html",
     "report s.toml t.nc -o out.html",
     *(f"run s.toml {option}" for option in ("", "--all", "--states", "-o out.csv --report out.html")),
