@@ -6,6 +6,7 @@ Everything that is no scenario is refused in one sentence.
 import functools
 import html
 import inspect
+import re
 import shlex
 import sys
 from pathlib import Path
@@ -427,6 +428,7 @@ def test_every_command_states_the_warning_once_and_in_each_of_its_files(call, ca
     shown = capsys.readouterr()
     assert not stop.value.code, shown.err
     assert shown.out.count(WARNING) == 1, shown.out
+    assert all(Path(each).exists() for each in re.findall(r" (?:-o|--report) (\S+)", call))
     for file in [each for each in Path().rglob("*") if each.is_file() and each.name not in INPUTS]:
         if file.suffix in {".csv", ".html", ".json", ".cir"}:
             assert WARNING in html.unescape(file.read_text(encoding="utf-8")), file
