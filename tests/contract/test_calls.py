@@ -91,6 +91,7 @@ def junk():
 def records(tmp_path_factory):
     folder = tmp_path_factory.mktemp("records")
     ev.save(RECORD, folder / "t.nc")
+    ev.save(ev.simulate(SINE), folder / "run.nc")
     rows = "".join(f"{at / 1000},{at}\n" for at in range(30))
     (folder / "c.csv").write_text(f"t,u\n{rows}")
     (folder / "s.csv").write_text(f"frequency [Hz],z' [ohm],z'' [ohm]\n{rows}")
@@ -235,7 +236,6 @@ def refusal(**options):
 
 @pytest.mark.parametrize("what", PLAUSIBLE)
 def test_what_a_person_may_well_write_is_read(what, here):
-    ev.save(ev.simulate(SINE), "run.nc", force=True)
     written, declared = PLAUSIBLE[what]
     assert written() == declared()
 

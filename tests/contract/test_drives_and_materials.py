@@ -133,7 +133,6 @@ def active(permittivity):
 
 
 @given(data=st.data())
-@settings(max_examples=100)
 def test_materials_are_passive_and_a_finite_sum_is_the_material(material_class, drawn, data):
     material = data.draw(drawn(material_class))
     permittivity, bound = material.complex_permittivity(BAND), material.bound_permittivity(BAND)

@@ -186,7 +186,7 @@ PATHS = {
 
 
 @pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (1, 2))])
 def test_the_general_solver_has_the_same_limit(seed, path, finger):
     layers, _ = random_case(np.random.default_rng(seed), finger)
     drive = parts.trapezium(100.0, 1e-3, 5e-3, 1e-3)

@@ -256,7 +256,7 @@ def test_another_integrator_agrees(case, method):
     assert slide.events
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(
     speed=powers(-3, -1),
     stiffness=powers(3, 5),
@@ -359,6 +359,7 @@ def test_small_modulation_is_passed_on_linearly():
     assert abs(expected - STRENGTH * size) > 1e-2 * STRENGTH * size  # not the quasi-static answer
 
 
+@pytest.mark.slow
 def test_attraction_at_100_hertz_makes_it_stick_and_slip():
     """Above the critical speed: steady without attraction, with it reversals and a force at 100 Hz and its multiples."""
     speed, turn = 1.1 * critical_speed(STICKY, LIVELY), 2 * np.pi * 100

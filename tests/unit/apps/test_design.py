@@ -79,12 +79,13 @@ def test_a_parameter_is_sought_in_a_range_and_the_rest_of_the_answer_is_asked_fo
     assert "Other solutions" not in narrow
 
 
-def test_what_is_largest_in_a_plate_is_a_wish(said):
+def test_what_is_largest_in_a_plate_is_a_wish_within_limits(said, here):
+    (here / "limits.toml").write_text('limits = { voltage = "35 V" }\n')
     grid, smallest, largest = "drive.amplitude=20V:40V:2", "mean electrostatic_force", "peak voltage"
-    wishes = f"--minimise '{smallest}' --maximise '{largest}'"
-    out = said(f"plan-plate bau_2010/sine --over {grid} {wishes}")
-    asked = {"maximise": [largest], "minimise": [smallest]}
-    found = ev.plan_plate("bau_2010/sine", [grid], **asked)
+    wishes = f"--minimise '{smallest}' --maximise '{largest}' --materials 'silica,PET'"
+    out = said(f"plan-plate bau_2010/sine --over {grid} {wishes} --limits limits.toml")
+    asked = {"maximise": [largest], "minimise": [smallest], "limits": {"voltage": "35 V"}}
+    found = ev.plan_plate("bau_2010/sine", [grid], materials=["silica", "PET"], **asked)
     assert out.splitlines()[: len(found.document.sentences)] == list(found.document.sentences)
 
 

@@ -36,13 +36,16 @@ def fitted(changes, **body):
     )
 
 
-def test_what_is_printed_and_written_is_what_the_functions_return(here, asked, said, table):
+def test_what_is_printed_and_written_is_what_the_functions_return_and_the_force_law_of_a_run(
+    here, asked, said, table
+):
+    """Of a constant voltage between those of the table, across film and gap."""
     out = said(
-        f"{asked} --seed 3 --set load.normal_force='0.2 N' --body '{{ poisson = 0.3 }}' --voltage '20 V,40 V'"
-        " --measured 30mN,130mN -o out.csv"
+        f"{asked} --seed 3 --set load.normal_force='0.2 N' --body '{{ poisson = 0.3 }}' --voltage '20 V,30 V,40 V'"
+        " --measured 30mN,70mN,130mN -o out.csv"
     )
     found = fitted({"load.normal_force": 0.2}, poisson=0.3)
-    predicted = found.predict(voltage=[20.0, 40.0], measured=[0.03, 0.13])
+    predicted = found.predict(voltage=[20.0, 30.0, 40.0], measured=[0.03, 0.07, 0.13])
     for line in (*found.document.sentences, *predicted.document.sentences):
         assert line in out
     labels = [curve.label for curve in predicted.document.figures[0].curves]
@@ -54,15 +57,9 @@ def test_what_is_printed_and_written_is_what_the_functions_return(here, asked, s
     rows = table(here / "out.csv")
     np.testing.assert_allclose([float(row["force"]) for row in rows], predicted.force)
     np.testing.assert_allclose([float(row["draw 2"]) for row in rows], predicted.forces[1])
-
-
-def test_the_prediction_is_the_force_law_of_a_run(here, asked, said):
-    """Of a constant voltage between those of the table, across film and gap."""
-    said(f"{asked} --seed 3 --set load.normal_force='0.2 N' --voltage '20 V,30 V,40 V' -o p.csv")
-    expected = fitted({"load.normal_force": 0.2}).predict(voltage=[20.0, 30.0, 40.0]).force
-    force = {"model": "TabulatedAttraction", "file": "p.csv"}
+    force = {"model": "TabulatedAttraction", "file": "out.csv"}
     trace = ev.run(SINE, set={"force": force, "drive": {"model": "Step", "level": 30.0}})
-    assert trace.electrostatic_force.values[-1] == pytest.approx(expected[1], rel=1e-3)
+    assert trace.electrostatic_force.values[-1] == pytest.approx(predicted.force[1], rel=1e-3)
 
 
 def test_without_a_voltage_the_contact_is_written(here, asked, said, table):
@@ -207,14 +204,14 @@ def test_a_permittivity_and_columns_of_tables_are_refused(here, asked, refused):
 
 def test_a_map_a_coated_body_and_spots_are_those_of_the_functions(here, asked, said):
     rough = ev.SelfAffine(rms=1e-6, hurst=0.8, longest=1e-3, roll_off=2.5e-4, shortest=2.5e-4)
-    heights = rough.heights((32, 32), (1e-3, 1e-3), seed=2)
+    heights = rough.heights((16, 16), (1e-3, 1e-3), seed=2)
     np.save(here / "map.npy", heights)
     np.savetxt(here / "map.csv", heights, delimiter=",")
     skin = '{ film = { modulus = "20 MPa", poisson = 0.45 }, thickness = "20 um", below = { modulus = "1 MPa" } }'
     spots = '{ model = "LeakingSpots", resistivity = "100 Mohm m" }'
     out = {}
     for name in ("map.npy", "map.csv"):
-        table = f'{{ heights = "{name}", spacing = "31.25 um", spots = {spots} }}'
+        table = f'{{ heights = "{name}", spacing = "62.5 um", spots = {spots} }}'
         words = f"--roughness '{table}' --body '{skin}' --free rms,modulus"
         given = asked.replace(f"--roughness '{TABLE}' --draws 2", words)
         out[name] = said(f"{given} --voltage 30V --frequency 200Hz -o out.csv --force")
@@ -222,7 +219,7 @@ def test_a_map_a_coated_body_and_spots_are_those_of_the_functions(here, asked, s
         SINE,
         load=LOADS,
         capacitance=1e-12 * np.array(CAPACITANCES),
-        roughness=ev.MeasuredHeights(values=heights, spacing=31.25e-6),
+        roughness=ev.MeasuredHeights(values=heights, spacing=62.5e-6),
         body=ev.Coated(
             film=ev.Elastic(modulus=2e7, poisson=0.45), thickness=2e-5, below=ev.Elastic(modulus=1e6)
         ),

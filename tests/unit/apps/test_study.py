@@ -81,6 +81,9 @@ def test_an_interrupted_command_says_how_far_it_came(closed, cli, said, monkeypa
         return original(self, draws)
 
     monkeypatch.setattr(StandInPopulation, "signals", interrupted)
+    # four tiles, however quick the first is
+    monkeypatch.setattr("electrovib.studies.population.tiles._FIRST", 1000)
+    monkeypatch.setattr("electrovib.studies.population.tiles.TileSizes.measured", lambda *_: None)
     asked = f"{STUDY} -n 4000 --seed 1 -o a.zarr"
     code, out, err = cli(asked)
     assert code == 130

@@ -1,5 +1,6 @@
 """Output to a terminal: only characters that it can show, no control characters, and what cannot be printed."""
 
+import io
 import os
 import pty
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import electrovib as ev
+from electrovib.apps.cli import main
 from electrovib.core.errors import InputError, nearest, printable, shortened
 
 EVIL = "a\x1b[31mred\x07\nwritten: no\u202efile"
@@ -65,7 +67,6 @@ def test_printable_keeps_letters_and_shows_the_rest_and_shortened_keeps_both_end
     assert len(nearest("y" * 10**6, [f"{number}" * 50 for number in range(1000)])) < 700
 
 
-PLAIN = os.environ | {"PYTHONIOENCODING": "ascii"}
 COMMANDS = (
     "--help",
     "run --help",
@@ -76,33 +77,30 @@ COMMANDS = (
     "compare words.toml --models MaxwellStressInGap,MaxwellStressInStratumCorneum",
     "run words.toml --set drive.größe=1",
 )
-SCRIPT = f"""
-import sys
-from electrovib.apps.cli import main
-for line in {COMMANDS!r}:
-    print("==", line, flush=True) if line.isascii() else None
-    sys.argv = ["electrovib", *line.split()]
-    try:
-        main()
-    except SystemExit as stop:
-        print("code", stop.code, flush=True)
-"""
 
 
-def test_every_command_writes_ascii_where_only_that_is_wanted(here):
-    """All in one process, with an output in ASCII; a scenario that is printed so reads back equal."""
+def test_every_command_writes_ascii_where_only_that_is_wanted(here, monkeypatch):
+    """A scenario that is printed so reads back equal."""
     titled = ev.load("vezzoli_2014/fig6_gap").model_copy(update={"title": "Größe 5 µm, 3 kΩ – τ ≤ 2 ☃"})
     ev.init(titled, output="words.toml")
-    done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, check=False, env=PLAIN)
-    out, err = done.stdout.decode("ascii"), done.stderr.decode("ascii")
-    assert "Traceback" not in err
-    codes = [line for line in out.splitlines() if line.startswith("code")]
-    assert codes == [*["code 0"] * (len(COMMANDS) - 1), "code 2"]
-    assert "Grosse 5 um, 3 kohm - tau <= 2 ?" in out
-    assert "'grosse'" in err.lower()
-    (here / "again.toml").write_text(out.partition("== init words.toml\n")[2].partition("code 0")[0])
-    assert ev.load("again.toml") == ev.load("words.toml")
-    assert ev.load("again.toml").title == titled.title
+    said, codes = {}, []
+    for line in COMMANDS:
+        for name in ("stdout", "stderr"):
+            monkeypatch.setattr(sys, name, io.TextIOWrapper(io.BytesIO(), encoding="ascii"))
+        monkeypatch.setattr(sys, "argv", ["electrovib", *line.split()])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        codes.append(stop.value.code or 0)
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+            said[line, stream is sys.stdout] = stream.buffer.getvalue().decode("ascii")
+    monkeypatch.undo()
+    assert codes == [*[0] * (len(COMMANDS) - 1), 2]
+    assert "Grosse 5 um, 3 kohm - tau <= 2 ?" in said["run words.toml", True]
+    assert "'grosse'" in said[COMMANDS[-1], False].lower()
+    (here / "again.toml").write_text(said["init words.toml", True])
+    assert ev.load(here / "again.toml") == ev.load(here / "words.toml")
+    assert ev.load(here / "again.toml").title == titled.title
 
 
 @pytest.mark.parametrize(("value", "expected"), [("C", "5 um"), ("C.UTF-8", "5 µm")])

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.units import (
@@ -22,6 +22,7 @@ NUMBERS = st.floats(1e-30, 1e30) | st.floats(-1e30, -1e-30) | st.just(0.0)
 
 
 @pytest.mark.parametrize("unit", KINDS)
+@settings(max_examples=20)  # of each unit
 @given(value=NUMBERS, digits=st.integers(1, 17))
 def test_every_kind_is_read_and_shown(unit, value, digits):
     kind, example = KINDS[unit]

@@ -147,6 +147,7 @@ def test_eight_fingers_go_through_amplifier_sensors_and_digitiser():
     assert scenario.circuit.amplifier.source_current == 250e-6
 
 
+@pytest.mark.slow
 def test_the_figure_of_the_set_up_has_a_line_for_each_finger():
     _, panel, _ = panels()
     band, *curves = panel.curves

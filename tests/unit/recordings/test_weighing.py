@@ -73,7 +73,7 @@ def closed_form(found):
     return scale + spread - (half - count / 2) * math.log(squares)
 
 
-@pytest.mark.parametrize("unknowns", [1, 2])
+@pytest.mark.parametrize("unknowns", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_the_evidence_of_a_linear_model_is_its_closed_form(unknowns):
     stated = linear(unknowns=unknowns, noise=0.3)
     told = Likelihood(stated, None).laplace()
@@ -85,7 +85,7 @@ def test_the_evidence_of_a_linear_model_is_its_closed_form(unknowns):
     assert sampled.peak == pytest.approx(told.peak, abs=0.2)
 
 
-@pytest.mark.parametrize("count", [12, 400])
+@pytest.mark.parametrize("count", [12, pytest.param(400, marks=pytest.mark.slow)])
 def test_noise_that_is_not_stated_is_integrated_out(count):
     unknown = linear(count=count)
     sampled = Likelihood(unknown, None).sampled(seed=3)

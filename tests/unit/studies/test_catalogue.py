@@ -10,6 +10,7 @@ import electrovib.bench.settings  # its models are found once they are imported
 from electrovib.core.discovery import find_members, offers, paper, papers
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
+from electrovib.core.search import search
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material.library import materials
@@ -142,12 +143,13 @@ def test_a_material_of_the_library_is_found_by_each_of_its_names(query):
 
 
 def test_every_material_is_listed_found_by_every_name_and_finds_what_is_made_of_it():
-    overview = str(models())
+    overview, entries = str(models()), tuple(everything())
     for substance in materials():
         assert substance.name in overview
         assert f"{substance.name} (material)\n===" in str(models(substance.name))
         for word in substance.aliases:
-            assert (models(word)[0].name, models(word)[0].kind) == (substance.name, "material"), word
+            first = search(word, entries)[0].entry
+            assert (first.name, first.kind) == (substance.name, "material"), word
     assert {"persson_2018/coating", "vardar_2017/sine"} <= set(names(models("silica")))
     assert {"pet", "polyimide"} <= {record.name.casefold() for record in models("polymer film")}
     found = " ".join(str(models("polyimide")).split())

@@ -3,17 +3,14 @@
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from scipy import stats
 from scipy.special import logsumexp
-from typer.testing import CliRunner
 
 import electrovib as ev
-from electrovib.apps.cli import app
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
@@ -473,7 +470,7 @@ def test_a_measurement_that_cannot_be_scored_is_refused(more, words):
 
 
 @pytest.mark.usefixtures("blank_pictures")
-def test_the_command_and_the_answer(tmp_path):
+def test_the_answer_has_its_tables_and_names_what_exceeds_a_limit(tmp_path):
     found = ev.evidence({"test/forces": measured()}, n=16, seed=1)
     text = repr(found)
     assert text.startswith("A law or model can miss ")
@@ -496,12 +493,6 @@ def test_the_command_and_the_answer(tmp_path):
     assert ev.evidence({"test/forces": measured()}, n=16, seed=1).scores[0].score == found.scores[0].score
     with pytest.raises(InputError, match="Groups that measured: "):
         ev.measurements("no such word")
-    shown = CliRunner().invoke(
-        app, ["evidence", "vezzoli_2014/swing", "-n", "8", "-o", str(tmp_path / "e.html")]
-    )
-    assert shown.exit_code == 0, shown.output
-    assert "MaxwellStressInGap" in shown.output
-    assert "Vezzoli" in (tmp_path / "e.html").read_text(encoding="utf-8")
 
 
 def test_what_lies_wholly_outside_is_counted_apart_from_what_lies_in_part_outside():
@@ -711,38 +702,6 @@ def test_a_plan_names_points_repeats_and_what_a_limit_forbids():
         asked = {"models": ["MaxwellStressInGap", "EffectiveMedium"], **content} | wrong
         with pytest.raises(InputError, match=re.escape(words)):
             plan_experiment(pulse, **asked)
-
-
-def test_an_experiment_is_planned_at_the_command_line(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    space = 'space."stack.gap.thickness" = { model = "LogUniform", low = "1 um", high = "4 um" }'
-    Path("space.toml").write_text(space, encoding="utf-8")
-    call = [
-        "plan-experiment",
-        "vezzoli_2014/fig6_gap",
-        "--models",
-        "MaxwellStressInGap,MaxwellStressInStratumCorneum",
-        "--space",
-        "space.toml",
-    ]
-    few = [
-        "--over",
-        "drive.high=100V:300V:2",
-        "--noise",
-        "10 %",
-        "--noise",
-        "1 mN",
-        "--quantity",
-        "peak electrostatic_force",
-        "-n",
-        "16",
-    ]
-    shown = CliRunner().invoke(app, [*call, *few, "-o", "plan.html"])
-    assert shown.exit_code == 0, shown.output
-    assert "Measure at drive.high" in shown.stdout
-    assert "Odds for the true law" in Path("plan.html").read_text(encoding="utf-8")
-    lacking = CliRunner().invoke(app, call)
-    assert "Missing option '--over'" in str(lacking.exception)
 
 
 def test_a_measurement_fails_only_if_no_candidate_covers_it():

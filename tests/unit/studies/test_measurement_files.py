@@ -8,19 +8,12 @@ from pathlib import Path
 
 import pytest
 import tomlkit
-from pydantic import ValidationError
 
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import Form, is_ours, sign
 from electrovib.studies.evidence.entries import ENTRIES as SCHEMA_ENTRIES
-from electrovib.studies.evidence.entries import (
-    MeasurementFile,
-    measurement_schema,
-    parts,
-    publication_files,
-    tables_of,
-)
+from electrovib.studies.evidence.entries import measurement_schema, publication_files
 from electrovib.studies.evidence.files import import_measurement
 from electrovib.studies.evidence.measurement import numbers_of, unit_of
 from electrovib.studies.evidence.predicted import predict
@@ -419,14 +412,7 @@ def test_a_copy_of_a_shipped_file_is_one_of_your_own(name, tmp_path):
     assert [each.title for each in found.values()] == [each.title for each in shipped.values()]
 
 
-def test_the_schema_takes_every_shipped_file_and_refuses_what_the_reader_refuses():
+def test_every_entry_is_described_in_the_schema():
     schema = measurement_schema()
     assert set(schema["properties"]) == {*SCHEMA_ENTRIES, "shared", "shares", "measurements"}
     assert all(each.get("description") for each in schema["properties"].values())
-    for name in publication_files():
-        for part, entries in parts(tables_of(name)).items():
-            assert MeasurementFile.model_validate(entries).title, part
-    for wrong in ({"titel": "x"}, {"made": "EffectiveMedium"}, {"schema": 2}, {"scale": [2]}):
-        content = {"schema": 1, **ENTRIES, **POINTS, **wrong}
-        with pytest.raises(ValidationError):
-            MeasurementFile.model_validate(content)

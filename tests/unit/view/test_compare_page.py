@@ -33,6 +33,7 @@ def test_the_page_opens_with_the_law_to_believe_and_its_figure(page):
         assert len(set(re.findall(r"stroke: (#[0-9a-f]{6}); stroke-width: 1\.4", figure))) <= 5
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_figure_that_belongs_to_the_drive_is_the_first(scenario, tmp_path):
     drive = {"model": "Sine", "amplitude": 100, "frequency": 50}
     sine = scenario.replace({"drive": drive, "time.initial_state.model": "PeriodicState"})

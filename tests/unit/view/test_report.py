@@ -78,7 +78,7 @@ def test_a_page_needs_nothing_from_elsewhere_and_is_the_same_twice(tmp_path, pag
     assert written(tmp_path, trace)[0] == pages("run")[0]
 
 
-def test_what_a_report_of_a_run_holds(tmp_path, pages, trace):
+def test_what_a_report_of_a_run_holds(tmp_path, pages, trace, blank):
     """It opens with the result and its validity."""
     text, page = pages("run")
     headings = {"Validity", "Key numbers", "Stack", "Over time", "Over frequency", "Parameters", "Models"}
@@ -99,7 +99,8 @@ def test_what_a_report_of_a_run_holds(tmp_path, pages, trace):
     ):
         assert words in before
     thinner = scenario_of(trace).replace({"stack.gap.thickness": "4 um"})
-    _, page = written(tmp_path, simulate(thinner, time=np.linspace(0, 0.1, 11)))
+    with blank():
+        _, page = written(tmp_path, simulate(thinner, time=np.linspace(0, 0.1, 11)))
     assert "unknown" in page.words, "Paschen's law says nothing of it"
 
 

@@ -31,8 +31,9 @@ def shown():
 
 
 @pytest.fixture(scope="module")
-def content(shown):
-    return {each.name: each.make(shown) for each in DOWNLOADS}
+def content(shown, blank):
+    with blank():
+        return {each.name: each.make(shown) for each in DOWNLOADS}
 
 
 @pytest.fixture

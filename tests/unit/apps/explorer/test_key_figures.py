@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.unit.apps.explorer.test_session import FIG6, FILM, Visit, at, high, until
+from tests.unit.apps.explorer.test_session import FIG6, FILM, LONGEST, Visit, at, high, until
 
 import electrovib as ev
 from electrovib.apps.explorer import session as sessions
@@ -148,6 +148,22 @@ def test_the_answers_follow_once_no_slider_has_moved_for_a_moment():
         return one
 
     Visit(actions, rest=sessions.REST)
+
+
+def test_no_answer_is_computed_while_a_slider_moves_however_quick_it_would_be(monkeypatch):
+    monkeypatch.setattr(sessions, "with_answers", lambda further, **_: further)
+
+    async def actions(visit):
+        one, told = visit.session(), []
+        one.tell = lambda: told.append(one.further)
+        for volts in (100, 200):
+            one.ask(at(volts))
+            await until(lambda: one.computed is not None and high(one.computed) == volts)  # noqa: B023 - at once
+            await asyncio.sleep(0.1)
+        one.stop()
+        return told
+
+    assert Visit(actions, rest=LONGEST).found == []
 
 
 def test_the_result_before_a_change_stays_until_the_next_change(monkeypatch):

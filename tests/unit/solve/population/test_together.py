@@ -444,10 +444,10 @@ def shared(scenario, free, columns, names=("lateral_force", "current")):
 def test_fingers_of_one_stack_share_its_response(fingers, scenario, free, monkeypatch):
     """Stacks in turn, not beside each other, so that rows are put in order and back; one has two areas in series."""
     free = free.split()
-    columns = fingers.draw(ev.load(scenario), free, 200)
+    columns = fingers.draw(ev.load(scenario), free, 40)
     for path in free:
         if path.startswith(("stack.", "circuit.")):
-            columns[path] = np.tile(columns[path][:4], 50)
+            columns[path] = np.tile(columns[path][:4], 10)
     stacks = []
     known = computed.Population.asked
 

@@ -10,10 +10,8 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import electrovib as ev
-from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.exports.save import write_design
@@ -387,20 +385,6 @@ def test_table_page_and_figure_have_every_candidate_with_every_limit(design):
     assert re.fullmatch(r"mean electrostatic force \[(m|µ)?N\]", axes.get_ylabel())
     (front,) = [line for line in axes.lines if line.get_linestyle() == "-"]
     assert list(front.get_xdata()) == sorted(each.values["peak voltage"] for each in design.pareto)
-
-
-@pytest.mark.parametrize("suffix", ["csv", pytest.param("png", marks=pytest.mark.slow)])
-def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
-    (tmp_path / "limits.toml").write_text('voltage = "200 V"\n', encoding="utf-8")
-    out = tmp_path / f"plate.{suffix}"
-    words = f"plan-plate bau_2010/sine --over {THICKNESS}=1um:4um:2log --over {VOLTS}=100V:300V:3".split()
-    words += ["--materials", "silica,parylene C", "--limits", str(tmp_path / "limits.toml"), "-o", str(out)]
-    done = CliRunner().invoke(app, words)
-    assert done.exit_code == 0, done.output
-    assert "of a plate that exceeds no limit it was compared with is" in done.output.replace("\n", " ")
-    assert out.stat().st_size > 1000
-    again = CliRunner().invoke(app, words)
-    assert again.exit_code == 0, "ours is replaced"
 
 
 def test_the_plate_is_a_result_like_that_of_every_design(design, tmp_path):
