@@ -188,13 +188,12 @@ def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> lis
     try:
         return _sharing(scenario, points)
     except InputError:
-        problems = dict[str, None]()
+        problems = list[str]()
         for point in points:
-            try:
+            with gathered(problems):
                 scenario.replace(point)
-            except InputError as error:
-                problems |= dict.fromkeys(error.problems)
-        first, more = list(problems)[:MOST_PROBLEMS], len(problems) - MOST_PROBLEMS
+        several = list(dict.fromkeys(problems))
+        first, more = several[:MOST_PROBLEMS], len(several) - MOST_PROBLEMS
         raise InputError(first + [f"and {more} more like these"] * (more > 0)) from None
 
 

@@ -192,7 +192,8 @@ class Bounds:
     @classmethod
     def of(cls, scenario: Scenario, limits: check.LimitsSource | Sequence[check.LimitsSource]) -> Bounds:
         """Return the strictest limits of a scenario, of its amplifier and of further places."""
-        several = [*several_limits(limits, scenario), check.LimitsFrom(PLACE, own_limits(scenario))]
+        own = {"voltage": "its saturation", "current": "the largest that it supplies"}
+        several = [*several_limits(limits, scenario), check.LimitsFrom(PLACE, own_limits(scenario), own)]
         return cls(check.declared_limits(scenario, several), scenario.circuit.supply.largest_input)
 
     def value(self, name: str) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.paths import value_at
 from electrovib.core.tables import stored_changes
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.choice import chosen
@@ -23,7 +23,7 @@ from electrovib.studies.design import search
 from electrovib.studies.design.limits import Limited, Sampled, obtainable, several_limits, widths_of
 from electrovib.studies.design.result import DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.wanted import Evaluation, FreeSource, Wanted, WantSource, read_wanted
-from electrovib.studies.sensitivity import Elasticity, slope
+from electrovib.studies.sensitivity import Elasticity, elasticities, slope
 from electrovib.studies.widths import LEVEL, ONE_FINGER, Width
 
 _CONSTANT: Final = 1e-12
@@ -210,13 +210,9 @@ def _influences(scenario: Scenario, wanted: Wanted, value: float) -> tuple[Elast
     own = slope(evaluation, numbers, wanted.free)
     if not math.isfinite(own) or abs(own) <= 1e-9 * abs(wanted.value):
         return ()
-    slopes = {path: slope(evaluation, numbers, path) for path in paths}
-    found = [
-        Elasticity(path=path, at=numbers[path], unit=quantity_at(at, path).unit, value=-each / own + 0.0)
-        for path, each in slopes.items()
-        if math.isfinite(each)
-    ]
-    return tuple(sorted(found, key=lambda each: -abs(each.value)))
+    found = elasticities(at, evaluation, numbers, paths, per=-own)
+    known = (each for each in found if math.isfinite(each.value))
+    return tuple(sorted(known, key=lambda each: -abs(each.value)))
 
 
 def _inputs(scenario: Scenario, free: str) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from electrovib.core.answer import Table
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
+from electrovib.core.errors import ElectrovibError, InputError, gathered, in_short, nearest, refuse
 from electrovib.core.mistakes import near_members, read_entries, shown
 from electrovib.core.own_models import family_of
 from electrovib.core.parsing import read_toml_file
@@ -265,14 +265,14 @@ def submitted(
     found: Submission, name: str, measured: Measurement, *, n: int, seed: int
 ) -> tuple[predicted.ModelPrediction | None, str]:
     """Compute what a submission predicts of a measurement, or the reason why it cannot."""
-    if measured.group in found.stated.made_from or found.model in measured.made:
+    if measured.group in found.stated.made_from:
         return None, "it was made from these numbers"
     try:
         own = found.applied(name, measured)
         one = predicted.prediction(own, found.model, dict(found.stated.law), n=n, seed=seed)
     except ElectrovibError as error:
-        return None, predicted.reason_of(error)
-    return predicted.ModelPrediction(found.name, one.values, one.narrow, one.wide), ""
+        return None, in_short(error)
+    return replace(one, model=found.name), ""
 
 
 def refuse_idle(

@@ -14,7 +14,7 @@ from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, refuse
+from electrovib.core.errors import InputError, computed_or_refused, refuse
 from electrovib.core.mistakes import near_members
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.atomic import Form, csv_text
@@ -33,6 +33,7 @@ REPEATS: Final = tuple(2**power for power in range(13))
 """Numbers of repeats at each point that are tried, up to 4096."""
 ODDS: Final = 20.0
 """Odds at which one law counts as told apart from another."""
+OWN: Final = "the scenario"
 MOST_POINTS: Final = 200
 """Points of the grid of an experiment, which are compared in pairs."""
 
@@ -231,24 +232,22 @@ def plan_experiment(
     deviation = _noise(noise, unit=read_name(quantity, tuple(base.stack.layers)).unit)
     of, count = f"{checked_draws(n):.6g} draws for each law and point", n * len(models) * len(points)
     Meter.of_cases("this plan", of, count, numbers=NUMBERS, remedy="draw fewer (-n), or compare fewer points")
-    left_out: dict[str, str] = {}
     cases = [base.replace({"force": {"model": law}}) for law in models]
-    kept, values = [], []
-    for point in points:
-        name = ", ".join(f"{path} = {value:.6g}" for path, value in point.items()) or "the scenario"
-        try:
-            if point and check(base.replace(point), limits=limits).forbidding:
-                left_out[name] = "a limit forbids it"
-                continue
-            values.append([_values(case.replace(point), space, quantity, n=n, seed=seed) for case in cases])
-            kept.append(point)
-        except ElectrovibError as error:
-            left_out[name] = str(error.problems[0])
-    if not kept or kept[0]:
-        raise InputError(f"the scenario as it stands cannot be predicted: {left_out.get('the scenario', '')}")
-    if len(kept) < 2:
+
+    def values(_: str, point: dict[str, float]) -> list[Real]:
+        if point and check(base.replace(point), limits=limits).forbidding:
+            raise InputError("a limit forbids it")
+        return [_values(case.replace(point), space, quantity, n=n, seed=seed) for case in cases]
+
+    named = {
+        ", ".join(f"{path} = {value:.6g}" for path, value in point.items()) or OWN: point for point in points
+    }
+    known, left_out = computed_or_refused(named, values, reason=lambda error: str(error.problems[0]))
+    if OWN not in known:
+        raise InputError(f"the scenario as it stands cannot be predicted: {left_out[OWN]}")
+    if len(known) < 2:
         raise InputError([f"over: {point}: {why}" for point, why in left_out.items()])
-    found = np.array(values)  # points, laws, draws
+    kept, found = [named[name] for name in known], np.array([*known.values()])  # points, laws, draws
     sets = [(i,) for i in range(1, len(kept))] + list(itertools.combinations(range(1, len(kept)), 2))
     experiments = [_experiment(kept, found, which, deviation) for which in sets]
     experiments.sort(key=lambda each: (each.repeats, -float(each.log_odds[-1])))

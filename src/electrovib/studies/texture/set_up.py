@@ -14,11 +14,13 @@ from electrovib.core.arrays import Real
 from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, number_in
+from electrovib.physics.limits import unit_of_limit
 from electrovib.physics.texture.base import RenderingPlate, Texture
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.solve.expanded import Expanded
 from electrovib.studies.check import DeclaredLimit, LimitsSource, declared_limits, refuse_unlimited, sampled
 from electrovib.studies.design.drive.carrier import carrier_gain
+from electrovib.studies.design.limits import Bounds
 from electrovib.studies.texture.reading import TextureSource, read_texture
 from electrovib.studies.texture.stream import added_friction
 
@@ -161,7 +163,7 @@ FINEST: Final = 0.4
 
 @dataclass(frozen=True, kw_only=True)
 class RenderingSetUp:
-    """Scenario and texture as they were read, with the strictest declared limit of each quantity."""
+    """Scenario and texture as they were read, with the strictest limit of each quantity, that of the amplifier too."""
 
     scenario: Scenario
     texture: Texture
@@ -178,9 +180,8 @@ class RenderingSetUp:
     ) -> RenderingSetUp:
         """Read the inputs, and refuse them unless the largest voltage and the largest current are declared."""
         found, read = read_scenario(scenario, changes=changes), read_texture(texture)
-        declared = declared_limits(found, limits)
-        refuse_unlimited(declared, what=what)
-        return cls(scenario=found, texture=read, declared=declared)
+        refuse_unlimited(declared_limits(found, limits), what=what)
+        return cls(scenario=found, texture=read, declared=Bounds.of(found, limits).declared)
 
     def synthesis(
         self, carrier: Amount | None, ramp: Amount, rate: Amount | None, *, fastest: float
@@ -304,54 +305,30 @@ def hardware(
     factor = abs(amplifier.gain)
     if not factor:
         raise InputError("a gain of 0 renders nothing", path="circuit.amplifier.gain")
-    voltages, currents = _limits(scenario, declared)
     bound = current_bound(scenario)
-    whole = bound.plus(amplifier.stray_capacitance)
+    currents = {"current": bound.plus(amplifier.stray_capacitance), "body_current": bound}
     steepest = math.hypot(2 * math.pi * carrier, 1 / ramp)  # slope over amplitude, ramp included
-    allowed = [(limit / factor, words) for limit, words in voltages]
-    bounds = [(limit, whole if through == "current" else bound, words) for limit, through, words in currents]
-    allowed += [(limit / (factor * each.current(steepest, 1.0)), words) for limit, each, words in bounds]
-    if "slew_rate" in declared:
-        fastest = declared["slew_rate"]
-        allowed.append((fastest.value / (factor * steepest), f"the slew rate, {_shown(fastest, 'V/s')}"))
-    largest, words = min(allowed)
-    slopes = [each.slope(limit, factor * largest) / factor for limit, each, _ in bounds]
-    if "slew_rate" in declared:
-        slopes.append(declared["slew_rate"].value / factor)
+    per_amplitude = {name: each.current(steepest, 1.0) for name, each in currents.items()}
+    per_amplitude |= {"voltage": 1.0, "slew_rate": steepest}
+    limits = {name: limit for name, limit in declared.items() if name in per_amplitude}
+    allowed = {name: limit.value / (factor * per_amplitude[name]) for name, limit in limits.items()}
+    name = min(allowed, key=lambda each: allowed[each])
+    slopes = [
+        limits[each].value
+        if each == "slew_rate"
+        else currents[each].slope(limits[each].value, factor * allowed[name])
+        for each in limits
+        if each != "voltage"
+    ]
+    shown = format_quantity(limits[name].value, unit_of_limit(name))
     return RenderingHardware(
         force_gain=gain,
         carrier=carrier,
         ramp=ramp,
-        largest_amplitude=largest,
-        largest_slope=min(slopes),
-        bound=words,
+        largest_amplitude=allowed[name],
+        largest_slope=min(slopes) / factor,
+        bound=f"the {name.replace('_', ' ')}, {shown} ({limits[name].source})",
     )
-
-
-def _limits(
-    scenario: Scenario, declared: Mapping[str, DeclaredLimit]
-) -> tuple[list[tuple[float, str]], list[tuple[float, str, str]]]:
-    """Return limits of the plate voltage [V], and of currents [A] with what they limit; those of the amplifier too."""
-    voltages = [(declared["voltage"].value, f"the voltage, {_shown(declared['voltage'], 'V')}")]
-    currents = [
-        (declared[name].value, name, f"the {name.replace('_', ' ')}, {_shown(declared[name], 'A')}")
-        for name in ("current", "body_current")
-        if name in declared
-    ]
-    amplifier = scenario.circuit.supply
-    if amplifier.saturation is not None:
-        shown = format_quantity(amplifier.saturation, "V")
-        voltages.append((amplifier.saturation, f"the saturation of the amplifier, {shown}"))
-    if np.isfinite(amplifier.current_limits[1]):
-        least = float(min(abs(each) for each in amplifier.current_limits))
-        currents.append(
-            (least, "current", f"the current limit of the amplifier, {format_quantity(least, 'A')}")
-        )
-    return voltages, currents
-
-
-def _shown(limit: DeclaredLimit, unit: str) -> str:
-    return f"{format_quantity(limit.value, unit)} ({limit.source})"
 
 
 _POINTS: Final = 16_385

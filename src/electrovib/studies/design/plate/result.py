@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import Document, Drawing, Page, Table
+from electrovib.core.answer import Document, Drawing, Page, Table, as_sentence
 from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS
 from electrovib.data.atomic import Form, csv_text
@@ -290,7 +290,7 @@ def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
         f"The {first.goal} {plain(first.name)} {which} is {where}.",
         _binding(design, best, ends),
         *([f"Closest limit: {_ratio(row)} ({_at_limit(row)})."] if row else []),
-        *(f"{_capital(each)}." for each in result.not_shown(best.rows)),
+        *map(as_sentence, result.not_shown(best.rows)),
         *([] if shown_safe else _safest(design)),
         _counts(design),
     ]
@@ -344,9 +344,9 @@ def _binding(design: PlateDesign, best: PlateCandidate, ends: list[str]) -> str:
         return f"No limit binds: {decides}."
     gain, first = design.gains[0], design.objectives[0]
     if len(gain.limits) > 1:
-        return (
-            f"{_capital(' and '.join(gain.limits))} bind together: without all of them the candidates reach"
-            f" {_reached(gain.without, best, first)}, and relaxing one alone gains nothing."
+        return as_sentence(
+            f"{' and '.join(gain.limits)} bind together: without all of them the candidates reach"
+            f" {_reached(gain.without, best, first)}, and relaxing one alone gains nothing"
         )
     name = gain.limits[0]
     row = next(row for row in best.rows if row.quantity == name)
@@ -355,7 +355,7 @@ def _binding(design: PlateDesign, best: PlateCandidate, ends: list[str]) -> str:
     if gain.relaxed is not None:
         slightly = f"relaxed by {percent} it admits {_reached(gain.relaxed, best, first)}"
     without = f"without it {_reached(gain.without, best, first)}, at {place_of(design, gain.without)}"
-    return f"{_capital(name)} binds ({_at_limit(row)}): {slightly}, {without}."
+    return as_sentence(f"{name} binds ({_at_limit(row)}): {slightly}, {without}")
 
 
 def _reached(candidate: PlateCandidate, best: PlateCandidate, first: Objective) -> str:
@@ -404,30 +404,20 @@ def _counts(design: PlateDesign) -> str:
 
 
 def _pareto_table(design: PlateDesign) -> Table:
-    chosen = design.pareto
-    if len(chosen) > MOST_SHOWN:
-        places = np.unique(np.round(np.linspace(0, len(chosen) - 1, MOST_SHOWN)).astype(int))
-        chosen = tuple(chosen[place] for place in places)
-    material = ["material"] if any(each.material for each in design.candidates) else []
-    headings = (
-        *material,
-        *design.axes,
-        *(plain(each.name) for each in design.objectives),
-        "closest limit",
-        "strength",
-    )
+    count = min(len(design.pareto), MOST_SHOWN)
+    chosen = [
+        design.pareto[place] for place in np.round(np.linspace(0, len(design.pareto) - 1, count)).astype(int)
+    ]
+    has_material = any(each.material for each in design.candidates)
+    names = [*design.axes, *(plain(each.name) for each in design.objectives)]
+    headings = (*["material"] * has_material, *names, "closest limit", "strength")
     rows = []
     for each in chosen:
+        numbers = [(each.at[path], design.units[path]) for path in design.axes]
+        numbers += [(each.values[one.name], one.unit) for one in design.objectives]
         nearest = result.nearest_limit(each.rows)
-        rows.append(
-            (
-                *([each.material] if material else []),
-                *(result.shown(each.at[path], design.units[path]) for path in design.axes),
-                *(result.shown(each.values[one.name], one.unit) for one in design.objectives),
-                "" if nearest is None else _ratio(nearest),
-                "in doubt" if each.doubts else "",
-            )
-        )
+        row = [*[each.material] * has_material, *(result.shown(*number) for number in numbers)]
+        rows.append((*row, _ratio(nearest) if nearest else "", "in doubt" if each.doubts else ""))
     shown_of = "" if len(chosen) == len(design.pareto) else f", {len(chosen)} of {len(design.pareto)}"
     caption = (
         "Closest limit: the one with the smallest limit/value, and that ratio; of uncertain standing: it is unverified, or may"
@@ -445,7 +435,3 @@ def _forbidden_table(design: PlateDesign) -> Table:
         f"What forbids {len(design.candidates) - len(design.allowed)} of {len(design.candidates)} candidates"
     )
     return Table(title, ("limit", "candidates", "of these by it alone"), rows)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
