@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -308,7 +307,7 @@ def sentences(found: Submission, sides: Mapping[str, list[CommonSet]]) -> list[s
             said.append(f"{which}: it predicts none of them{' and has no rank' * (side == HELD_OUT)}.")
             continue
         shown = shown_first(sets)
-        row = dict(zip(HEADINGS, _row(found, side, shown), strict=True))
+        row = _row(found, side, shown)
         said.append(
             f"{which}, {several(shown.numbers, 'number')} of {several(shown.groups, 'group')}: skill {row['skill']}"
             f" ({row[INTERVAL]}) over '{row['null model']}', width {row['width']} decades, rank {row['rank']}."
@@ -317,40 +316,30 @@ def sentences(found: Submission, sides: Mapping[str, list[CommonSet]]) -> list[s
 
 
 INTERVAL = f"{100 * LEVEL:.0f} % of it"
-HEADINGS = (
-    "side",
-    "numbers",
-    "groups",
-    "skill",
-    INTERVAL,
-    "null model",
-    "width",
-    "within 90 %",
-    "rank",
-    "the best",
-)
 
 
 def table(found: Submission, sides: Mapping[str, list[CommonSet]]) -> Table:
     """List how a submission stands on every common set of each side."""
-    rows = tuple(_row(found, side, each) for side, sets in sides.items() for each in sets)
+    rows = [_row(found, side, each) for side, sets in sides.items() for each in sets]
     title = f"Challenge {split().version}: {found.name}, {found.stated.title} ({found.stated.authors})"
-    return Table(title, HEADINGS, rows, looks=dict.fromkeys((1, 2, 3, 4, 6, 7, 8), "number"))
+    looks = dict.fromkeys((1, 2, 3, 4, 6, 7, 8), "number")
+    headings = tuple(rows[0] if rows else ())
+    return Table(title, headings, tuple(tuple(row.values()) for row in rows), looks=looks)
 
 
-def _row(found: Submission, side: str, each: CommonSet) -> tuple[str, ...]:
+def _row(found: Submission, side: str, each: CommonSet) -> dict[str, str]:
+    """Return how a submission stands on a common set, by heading."""
     (own,) = (one for one in each.standings if one.model == found.name)
     rank = 1 + sum(one.skill > own.skill for one in each.standings)
-    interval = f"{own.low:.2f} to {own.high:.2f}" if math.isfinite(own.low) else "no interval from one group"
-    return (
-        side,
-        str(each.numbers),
-        str(each.groups),
-        f"{own.skill:.2f}",
-        interval,
-        each.null,
-        f"{own.width:.2f}",
-        f"{100 * own.covered:.0f} %",
-        f"{rank} of {len(each.standings)}",
-        each.standings[0].model,
-    )
+    return {
+        "side": side,
+        "numbers": str(each.numbers),
+        "groups": str(each.groups),
+        "skill": f"{own.skill:.2f}",
+        INTERVAL: f"{own.low:.2f} to {own.high:.2f}" if each.groups > 1 else "no interval from one group",
+        "null model": each.null,
+        "width": f"{own.width:.2f}",
+        "within 90 %": f"{100 * own.covered:.0f} %",
+        "rank": f"{rank} of {len(each.standings)}",
+        "the best": each.standings[0].model,
+    }

@@ -203,14 +203,10 @@ class _Sampled:
 
     def value_with(self, least: int, near: float) -> float:
         """Return the value at which so many draws are just reached, the nearest one; infinite if they never are."""
-        wanted = self.fingers.wanted
-        edges = [
-            edge
-            for start, end in self.covered.where(least)
-            for edge, limit in ((start, wanted.low), (end, wanted.high))
-            if edge != limit
-        ] or [edge for each in self.covered.where(least) for edge in each]
-        return min(edges, key=lambda edge: abs(edge - near), default=math.inf)
+        edges = [edge for each in self.covered.where(least) for edge in each]
+        ends = {self.fingers.wanted.low, self.fingers.wanted.high}  # of the search, where nothing is crossed
+        crossed = [edge for edge in edges if edge not in ends]
+        return min(crossed or edges, key=lambda edge: abs(edge - near), default=math.inf)
 
     def value(self) -> float:
         """Return the value for the wanted share; NaN if it is not reached."""
@@ -227,12 +223,6 @@ class _Sampled:
         found = {each / 100: self.value_with(needed_draws(each / 100, count), begin) for each in several}
         return {share: value if math.isfinite(value) else math.nan for share, value in found.items()}
 
-    def estimate(self) -> Sampled:
-        """Return the value with its 95 % interval."""
-        value = self.value()
-        low, high = (math.nan, math.nan) if math.isnan(value) else self.value_interval(value)
-        return low, value, high
-
     def found(self) -> ShareAt | None:
         """Return the shares at the value for the wanted share; None if it is not reached."""
         value = self.value()
@@ -247,18 +237,20 @@ class _Sampled:
             value = ends[-1] if ends else value
         return None if most == 0 else self.at(value)
 
-    def value_interval(self, value: float) -> tuple[float, float]:
-        """Return the 95 % confidence interval of a value, in the unit of the parameter."""
-        count = self.covered.count
+    def estimate(self) -> Sampled:
+        """Return the value between the ends of its 95 % confidence interval, in the unit of the parameter."""
+        count, value = self.covered.count, self.value()
+        if math.isnan(value):
+            return (math.nan,) * 3
         if self.is_banded:
             random = np.random.default_rng([self.seed, count])
             samples = (self.covered.resampled(random.integers(0, count, count)) for _ in range(RESAMPLED))
             values = np.array([each.best()[0] for each in samples])
             low, high = np.quantile(values[np.isfinite(values)], [0.025, 0.975])
-            return float(low), float(high)
+            return float(low), value, float(high)
         ranks = quantile_ranks(self.share, count)
         ends = [self.value_with(rank, value) if 0 < rank <= count else math.inf for rank in ranks]
-        return min(ends), max(ends)
+        return min(ends), value, max(ends)
 
 
 def _compared(result: DesignedForShare, top: ShareAt, sampled: _Sampled) -> DesignedForShare:
