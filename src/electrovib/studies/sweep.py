@@ -94,8 +94,7 @@ def sweep(
     >>> found["mean electrostatic_force"].values.round(4)
     array([0.031 , 0.1239])
     """
-    found = sweep_cases(scenario, over, quantity=quantity, records=records, progress=progress)
-    return _dataset(found, records=records)
+    return _dataset(sweep_cases(scenario, over, quantity=quantity, records=records, progress=progress))
 
 
 @dataclass(frozen=True)
@@ -106,6 +105,7 @@ class Cases:
     axes: dict[str, Real]
     asked: Asked
     cases: list[Case]
+    records: bool
 
 
 @measured()
@@ -135,7 +135,7 @@ def sweep_cases(
             where = f" (at {point_words(scenario, point)})" if point else ""
             kind = BudgetError if isinstance(error, BudgetError) else InputError
             raise kind(problem.followed_by(where) for problem in error.problems) from None
-    return Cases(scenario, axes, asked, cases)
+    return Cases(scenario, axes, asked, cases, records)
 
 
 def _metered(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> Meter:
@@ -372,7 +372,7 @@ class Case:
     record: xarray.Dataset | None = None
 
 
-def _dataset(found: Cases, *, records: bool) -> xarray.Dataset:
+def _dataset(found: Cases) -> xarray.Dataset:
     """Assemble the cases of a sweep, as `electrovib.sweep` returns them."""
     import xarray
 
@@ -389,13 +389,13 @@ def _dataset(found: Cases, *, records: bool) -> xarray.Dataset:
     for path, along in axes.items():
         quantity = quantity_at(found.scenario, path)
         variables[path] = (path, along, {"units": quantity.unit, "long_name": quantity.doc})
-    if records:
+    if found.records:
         variables |= _records([case.record for case in cases if case.record is not None], tuple(axes), shape)
-    whole = xarray.Dataset(variables, attrs=_attributes(found, records=records))
-    return stamp(whole.set_coords(["time"]) if records else whole)
+    whole = xarray.Dataset(variables, attrs=_attributes(found))
+    return stamp(whole.set_coords(["time"]) if found.records else whole)
 
 
-def _attributes(found: Cases, *, records: bool) -> dict[str, Any]:
+def _attributes(found: Cases) -> dict[str, Any]:
     """Return the swept parameters, the methods and the validity as attributes."""
     cases, words = found.cases, functools.partial(point_words, found.scenario)
     checks = over_all([(case.at, case.diagnostics) for case in cases], words=words)
@@ -404,7 +404,7 @@ def _attributes(found: Cases, *, records: bool) -> dict[str, Any]:
         "over": json.dumps({path: values.tolist() for path, values in found.axes.items()}),
         "quantities": json.dumps(list(found.asked.units)),
         "taken_over": window(found.scenario)[1],
-        "records": int(records),
+        "records": int(found.records),
         "validity": json.dumps(checks),
     }
     for name in ("solver", "solver_reason"):

@@ -96,22 +96,20 @@ class ExperimentPlan(Answer):
 
     @property
     def _sentences(self) -> list[str]:
-        if not math.isfinite(self.best.repeats):
-            return [f"No experiment of this grid tells {' from '.join(self.laws)} with odds of {ODDS:g}."]
-        said = [
-            f"Measure {self._told(self.best)}: {self.best.repeats:.0f} measurements in all tell {' from '.join(self.laws)} with"
-            f" odds of {ODDS:g}."
-        ]
-        if math.isfinite(self.own.repeats):
-            factor = self.own.repeats / self.best.repeats
-            return [
-                *said,
-                f"The scenario as it stands needs {self.own.repeats:.0f}, {factor:.3g} times as many.",
-            ]
-        most = self.own.log_odds[-1]
+        apart, needed, own = (
+            f"{' from '.join(self.laws)} with odds of {ODDS:g}",
+            self.best.repeats,
+            self.own.repeats,
+        )
+        if not math.isfinite(needed):
+            return [f"No experiment of this grid tells {apart}."]
+        beside = f"needs {own:.0f}, {own / needed:.3g} times as many"
+        if not math.isfinite(own):
+            most = math.exp(min(self.own.log_odds[-1], 50.0))
+            beside = f"does not reach them: {most:.3g} after {REPEATS[-1]} repeats"
         return [
-            *said,
-            f"The scenario as it stands does not reach them: {math.exp(min(most, 50.0)):.3g} after {REPEATS[-1]} repeats.",
+            f"Measure {self._told(self.best)}: {needed:.0f} measurements in all tell {apart}.",
+            f"The scenario as it stands {beside}.",
         ]
 
     def _told(self, experiment: Experiment) -> str:

@@ -137,37 +137,34 @@ class PlateDesign(Designed):
         """Write a row for each candidate, with every objective and every limit, or all numbers as JSON."""
         if not name.endswith(".csv"):
             return super().content(name)
-        rows = list(dict.fromkeys(row.quantity for each in self.candidates for row in each.rows))
         units = {row.quantity: row.unit for each in self.candidates for row in each.rows}
-        headings = [
-            "material",
-            *(f"{path} [{self.units[path]}]" for path in self.axes),
-            *(f"{each.name} [{each.unit}]" for each in self.objectives),
-            *(head for name in rows for head in _limit_heads(name, units[name])),
-            *("within the limits", "forbidden by", "Pareto set", "best", "refined", "strength in doubt"),
+        rows = [self._cells(each, units) for each in self.candidates]
+        remarks = [" ".join(self.document.sentences), *self.notes]
+        headings = [heading for heading, _ in rows[0]]
+        cells = [[cell for _, cell in row] for row in rows]
+        return csv_text(headings, cells, remarks=remarks, diagnostics=self.diagnostics)
+
+    def _cells(self, each: PlateCandidate, units: Mapping[str, str]) -> list[tuple[str, object]]:
+        """Return all of a candidate, each with its heading, and the limits of the quantities with these units."""
+        yes = {True: "yes", False: "no"}
+        found: list[tuple[str, object]] = [("material", each.material)]
+        found += [(f"{path} [{self.units[path]}]", each.at[path]) for path in self.axes]
+        found += [(f"{one.name} [{one.unit}]", each.values[one.name]) for one in self.objectives]
+        by_quantity = {row.quantity: row for row in each.rows}
+        for name, unit in units.items():
+            heads = f"{name} [{unit}]", f"limit of {name} [{unit}]", f"{name}: limit/value", f"{name}: state"
+            row = by_quantity.get(name)
+            cells = (row.value, row.limit, row.margin, row.state) if row else ("",) * len(heads)
+            found += zip(heads, cells, strict=True)
+        return [
+            *found,
+            ("within the limits", yes[each.is_allowed]),
+            ("forbidden by", "; ".join(each.forbidden_by)),
+            ("Pareto set", yes[any(each is one for one in self.pareto)]),
+            ("best", yes[each is self.best]),
+            ("refined", yes[each.refined]),
+            ("strength in doubt", "; ".join(each.doubts)),
         ]
-        efficient = {id(each) for each in self.pareto}
-        cells = []
-        for each in self.candidates:
-            by_quantity = {row.quantity: row for row in each.rows}
-            cells.append(
-                [
-                    each.material,
-                    *(each.at[path] for path in self.axes),
-                    *(each.values[one.name] for one in self.objectives),
-                    *(cell for name in rows for cell in _limit_cells(by_quantity.get(name))),
-                    _yes(each.is_allowed),
-                    "; ".join(each.forbidden_by),
-                    *(_yes(value) for value in (id(each) in efficient, each is self.best, each.refined)),
-                    "; ".join(each.doubts),
-                ]
-            )
-        return csv_text(
-            headings,
-            cells,
-            remarks=[" ".join(self.document.sentences), *self.notes],
-            diagnostics=self.diagnostics,
-        )
 
     def numbers(self) -> dict[str, Any]:
         """Return all candidates as nested tables."""
@@ -186,18 +183,6 @@ class PlateDesign(Designed):
                 for each in self.candidates
             ],
         }
-
-
-def _limit_heads(name: str, unit: str) -> tuple[str, ...]:
-    return f"{name} [{unit}]", f"limit of {name} [{unit}]", f"{name}: limit/value", f"{name}: state"
-
-
-def _limit_cells(row: CheckRow | None) -> tuple[object, ...]:
-    return ("", "", "", "") if row is None else (row.value, row.limit, row.margin, row.state)
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
 
 
 def best_of(
