@@ -334,7 +334,9 @@ class Sensitivity(Answer):
         local: dict[str, Callable[[Elasticity], str]] = {
             "Parameter": lambda each: each.path,
             "At": lambda each: each.shown,
-            "d ln quantity / d ln parameter": lambda each: _number(each.value),
+            "d ln quantity / d ln parameter": lambda each: (
+                f"{each.value:.4g}" if math.isfinite(each.value) else "not defined"
+            ),
         }
         where = "At the medians of the distributions, of groups at those of the group at half of all fingers."
         return (
@@ -348,17 +350,12 @@ class Sensitivity(Answer):
     def _between(self) -> str:
         """State the part of the variance that is due to inputs together."""
         rest = 1 - sum(each.first for each in self.indices)
-        return (
-            f" Interactions of the inputs hold {100 * rest:.0f} % of the variance."
-            if rest > _NEGLIGIBLE
-            else ""
-        )
+        text = f" Interactions of the inputs hold {100 * rest:.0f} % of the variance."
+        return text * (rest > _NEGLIGIBLE)
 
     def _idle(self) -> str:
         idle = [each.name for each in self.indices if each.total_interval[1] < _NEGLIGIBLE]
-        if not idle:
-            return ""
-        return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}."
+        return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}." * bool(idle)
 
 
 def _named(each: InputIndices) -> str:
@@ -372,10 +369,6 @@ def _narrowing(first: float) -> float:
 
 def _interval(ends: tuple[float, float]) -> str:
     return f"{ends[0]:z.3f} to {ends[1]:z.3f}"
-
-
-def _number(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else "not defined"
 
 
 LEVEL: Final = 0.95

@@ -158,8 +158,15 @@ def declared_limits(
     scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource] = None
 ) -> dict[str, DeclaredLimit]:
     """Combine the limits of a scenario with further ones."""
-    several = limits if isinstance(limits, Sequence) and not isinstance(limits, str) else [limits]
-    return result.strictest([result.limits_of(scenario), *(result.limits_from(each) for each in several)])
+    further = (result.limits_from(each) for each in several_limits(limits))
+    return result.strictest([result.limits_of(scenario), *further])
+
+
+def several_limits(limits: LimitsSource | Sequence[LimitsSource]) -> tuple[LimitsSource, ...]:
+    """Return limits of one place, or of several, as a sequence of places."""
+    if isinstance(limits, Sequence) and not isinstance(limits, str):
+        return tuple(limits)
+    return () if limits is None else (limits,)
 
 
 def _name(drive: object) -> str:

@@ -25,16 +25,6 @@ _NEAR: Final = 0.01
 """Relative distance below which two values are not both compared with the limits."""
 
 
-def several_limits(
-    limits: check.LimitsSource | Sequence[check.LimitsSource], scenario: Scenario
-) -> tuple[check.LimitsSource, ...]:
-    """Return further limits, of one place or several, as a sequence of places; a mistake in them is reported."""
-    if isinstance(limits, str) or not isinstance(limits, Sequence):
-        limits = [] if limits is None else [limits]
-    check.declared_limits(scenario, limits)
-    return tuple(limits)
-
-
 @dataclass(frozen=True)
 class Obtainable:
     """The value of the quantity nearest to the wanted one that no limit forbids.
@@ -191,7 +181,7 @@ class Bounds:
     def of(cls, scenario: Scenario, limits: check.LimitsSource | Sequence[check.LimitsSource]) -> Bounds:
         """Return the strictest limits of a scenario, of its amplifier and of further places."""
         own = {"voltage": "its saturation", "current": "the largest that it supplies"}
-        several = [*several_limits(limits, scenario), check.LimitsFrom(PLACE, own_limits(scenario), own)]
+        several = [*check.several_limits(limits), check.LimitsFrom(PLACE, own_limits(scenario), own)]
         return cls(check.declared_limits(scenario, several), scenario.circuit.supply.largest_input)
 
     def value(self, name: str) -> float | None:

@@ -30,12 +30,14 @@ from electrovib.studies.widths import Width, sentences
 class Designed(Answer):
     """Result of a design; `limits` are the further ones that were given, which hold for all that is written of it too.
 
-    `widths` say by what a value is uncertain that depends on people: see `electrovib.studies.widths`.
+    `widths` say by what a value is uncertain that depends on people: see `electrovib.studies.widths`; `check` compares the result
+    with the limits.
     """
 
     FILES: ClassVar[Mapping[str, str | None]] = {"design.json": Form.DESIGN, "scenario.toml": Form.SCENARIO}
     limits: tuple[LimitsSource, ...] = ()
     widths: tuple[Width, ...] = ()
+    check: CheckResult | None = None
     form: ClassVar[str]
     """What was sought, as a file of all numbers names it."""
     answer = former_attribute("answer", "document.sentences", lambda self: " ".join(self.document.sentences))
@@ -54,14 +56,19 @@ class Designed(Answer):
         """Scenario with the result in it, which can be simulated; None if there is none."""
 
     @property
-    @abstractmethod
-    def is_achieved(self) -> bool:
-        """Whether the result gives what is wanted, within the limits."""
+    def failed(self) -> tuple[CheckRow, ...]:
+        """Limits that the result exceeds."""
+        return () if self.check is None else self.check.forbidding
 
     @property
-    @abstractmethod
+    def is_achieved(self) -> bool:
+        """Whether the result gives what is wanted, within the limits."""
+        return self.check is not None and not self.failed
+
+    @property
     def diagnostics(self) -> Sequence[Diagnostic]:
         """Diagnostics of that scenario beyond those that the comparison with the limits states."""
+        return () if self.check is None else self.check.diagnostics
 
     @abstractmethod
     def numbers(self) -> dict[str, Any]:

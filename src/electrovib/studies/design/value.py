@@ -17,10 +17,10 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.choice import chosen
 from electrovib.solve.effort import counted, last_time
 from electrovib.solve.meter import Meter, measured
-from electrovib.studies.check import LimitsSource, checked
+from electrovib.studies.check import LimitsSource, checked, declared_limits, several_limits
 from electrovib.studies.check.result import not_in_rows
 from electrovib.studies.design import search
-from electrovib.studies.design.limits import Limited, Sampled, obtainable, several_limits, widths_of
+from electrovib.studies.design.limits import Limited, Sampled, obtainable, widths_of
 from electrovib.studies.design.result import DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.wanted import Evaluation, FreeSource, Wanted, WantSource, read_wanted
 from electrovib.studies.sensitivity import Elasticity, elasticities, slope
@@ -92,7 +92,7 @@ def find_value(
     """
     base = read_scenario(scenario, changes=set)
     wanted = read_wanted(base, want=want, free=free)
-    given = several_limits(limits, base)
+    declared_limits(base, given := several_limits(limits))  # a mistake is reported at once
     most_added, most_between = (_FEW_ADDED, _FEW_ADDED) if is_long(base) else (search.MOST_ADDED, _BETWEEN)
     evaluation = Evaluation(base, wanted, (wanted.free,))
     function = _explored(evaluation, sparse=most_added == _FEW_ADDED, most=most_added, progress=progress)

@@ -283,19 +283,14 @@ def null_predictions(
 def _logs(own: _Known, known: Sequence[_Known], n: int) -> dict[str, Real]:
     """Return evenly spaced quantiles of the logarithm at each point, (n, points) or (n, 1), by null model."""
     alike = [each for each in known if each.quantity == own.quantity]
-    others = [(each.group, each.logs) for each in alike if each.group != own.group]
+    others = [each for each in alike if each.group != own.group]
     within = _over_range(np.concatenate([each.logs for each in alike]), n)
+    constant = _around([(each.group, each.logs) for each in others], n) if others else within
+    squared = [(each.group, each.logs - each.squares) for each in others if each.squares is not None]
+    square = constant if own.squares is None or not squared else _around(squared, n) + own.squares
     if own.quotient:  # what is constant, or constant over the square of the voltage, leaves nothing open
         constant = np.zeros((n, 1))
         square = constant if own.squares is None else constant + own.squares
-        return {CONSTANT: constant, SQUARE: square, RANGE: within}
-    constant = _around(others, n) if others else within
-    squared = [
-        (each.group, each.logs - each.squares)
-        for each in alike
-        if each.group != own.group and each.squares is not None
-    ]
-    square = constant if own.squares is None or not squared else _around(squared, n) + own.squares
     return {CONSTANT: constant, SQUARE: square, RANGE: within}
 
 

@@ -47,11 +47,10 @@ class Synthesis:
         """Intervals of a ramp, 1 at least."""
         return max(1, round(self.hardware.ramp * self.rate))
 
+    @np.errstate(over="ignore")
     def forces(self, position: Real, velocity: Real) -> Real:
         """Return the wanted attraction, out of range where it cannot be rendered; NaN where the texture gives none."""
-        added = added_friction(self.texture, position, velocity, self.friction.plate)
-        with np.errstate(over="ignore"):
-            return self.friction.force(added)
+        return self.friction.force(added_friction(self.texture, position, velocity, self.friction.plate))
 
     def amplitudes(self, forces: Real) -> Real:
         """Return the amplitude of the carrier, or the voltage without one; 0 for forces below 0."""
@@ -62,12 +61,12 @@ class Synthesis:
             return np.where(found <= largest * (1 + _ROUNDED), np.minimum(found, largest), found)
         return np.asarray(found)
 
+    @np.errstate(invalid="ignore")  # 0 times infinity, which `first_fault` finds
     def rising(self, first: int, amplitudes: Real) -> Real:
         """Return amplitudes from sample `first` on times the ramp at the beginning, which is 0 at sample 0."""
         if first >= self.ramp_samples:
             return amplitudes
-        with np.errstate(invalid="ignore"):  # 0 times infinity, which `first_fault` finds
-            return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
+        return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
 
     def falling(self, since: int, count: int, amplitude: float) -> Real:
         """Return `count` amplitudes of the ramp at the end after `since` of its samples; 0 from its end on."""
@@ -85,6 +84,7 @@ class Synthesis:
         phase = np.arange(len(amplitudes)) * (2 * math.pi * carrier / self.rate) + 2 * math.pi * cycles
         return np.asarray(amplitudes * np.sin(phase) + 0.0)
 
+    @np.errstate(invalid="ignore")  # infinite amplitudes
     def first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
         """Find the first sample at which the texture or a limit is not held, -1 if all are, and what is not held.
 
@@ -93,15 +93,10 @@ class Synthesis:
         """
         if len(ramped) == 0:
             return -1, ""
-        with np.errstate(invalid="ignore"):  # infinite amplitudes
-            return self._first_fault(forces, ramped, before)
-
-    def _first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
         hardware, both = self.hardware, np.concatenate(([before], ramped))
         steps = (both[1:] - both[:-1]) * self.rate
-        largest_force, largest_slope = (
-            limit * (1 + 2 * _ROUNDED) for limit in (hardware.largest_force, hardware.largest_slope)
-        )
+        limits = hardware.largest_force, hardware.largest_slope
+        largest_force, largest_slope = (limit * (1 + 2 * _ROUNDED) for limit in limits)
         turning = 2 * math.pi * hardware.carrier
         # one bound for all samples first, which nearly every block meets
         steepest = math.hypot(max(steps.max(), -steps.min()), turning * both.max())
@@ -112,28 +107,23 @@ class Synthesis:
         if held.all():
             return -1, ""
         place = int(np.argmin(held))
-        return place, self._why(
-            float(forces[place]), float(slopes[place]), int(np.count_nonzero(np.isnan(forces))), len(forces)
-        )
-
-    def _why(self, force: float, slope: float, unknown: int, count: int) -> str:
-        hardware = self.hardware
-        if math.isnan(force):
-            return (
-                f"the model '{type(self.texture).__name__}' returned NaN or infinity, {unknown} of {count} values; the added"
-                " friction has to be a number of newtons"
+        if math.isnan(forces[place]):
+            unknown = np.count_nonzero(np.isnan(forces))
+            return place, (
+                f"the model '{type(self.texture).__name__}' returned NaN or infinity, {unknown} of {len(forces)} values; the"
+                " added friction has to be a number of newtons"
             )
+        return place, self._why(float(forces[place]), float(slopes[place]))
+
+    def _why(self, force: float, slope: float) -> str:
+        hardware, needed = self.hardware, format_quantity(force, "N", digits=4)
         if not force >= 0:
             return (
                 "the texture has less friction than the plate itself, and attraction only adds friction; raise the texture or"
                 " lower its baseline"
             )
         if force > hardware.largest_force:
-            wanted = (
-                f"an attraction of {format_quantity(force, 'N', digits=4)}"
-                if math.isfinite(force)
-                else "more"
-            )
+            wanted = f"an attraction of {needed}" if math.isfinite(force) else "more"
             return (
                 f"the texture needs {wanted}, and the hardware gives {format_quantity(hardware.largest_force, 'N', digits=4)} at"
                 f" {format_quantity(hardware.largest_amplitude, 'V', digits=4)}, within {hardware.bound}; reduce the texture, or"

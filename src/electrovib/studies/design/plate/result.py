@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.studies.check import CheckResult, CheckRow
+    from electrovib.studies.check import CheckRow
     from electrovib.studies.design.plate.function import Objective, PlateCandidate
 
 RELAXED: Final = 1.1
@@ -69,7 +69,6 @@ class PlateDesign(Designed):
     units: Mapping[str, str]
     objectives: tuple[Objective, ...]
     candidates: tuple[PlateCandidate, ...]
-    check: CheckResult | None
     notes: tuple[str, ...]
 
     @functools.cached_property
@@ -102,11 +101,6 @@ class PlateDesign(Designed):
     def scenario(self) -> Scenario | None:
         """Scenario of the best candidate; None if there is none."""
         return None if self.check is None else self.check.scenario
-
-    @property
-    def is_achieved(self) -> bool:
-        """Whether a candidate is within the limits, by the full check too."""
-        return self.check is not None and not self.check.forbidding
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -279,8 +273,8 @@ def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
         *([] if shown_safe else _safest(design)),
         _counts(design),
     ]
-    if design.check is not None and design.check.forbidding:
-        names = ", ".join(row.quantity for row in design.check.forbidding)
+    if design.failed:
+        names = ", ".join(row.quantity for row in design.failed)
         sentences.append(f"The full check of this plate fails: {names}.")
     return sentences
 

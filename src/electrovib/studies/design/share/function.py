@@ -15,8 +15,8 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter, measured
-from electrovib.studies.check import CheckResult, LimitsSource, checked
-from electrovib.studies.design.limits import Limited, Sampled, obtainable, several_limits, widths_of
+from electrovib.studies.check import CheckResult, LimitsSource, checked, declared_limits, several_limits
+from electrovib.studies.design.limits import Limited, Sampled, obtainable, widths_of
 from electrovib.studies.design.search import Function, explore, first_values
 from electrovib.studies.design.share.result import (
     MOST_VALUES,
@@ -100,7 +100,7 @@ def value_for_share(
     """
     base = read_scenario(scenario, changes=set)
     wanted, over = _asked(base, want, free, space, share=share, seed=seed, n=n)
-    given = several_limits(limits, base)
+    declared_limits(base, given := several_limits(limits))  # a mistake is reported at once
     numbers = 2 * len(over.paths)
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     drawn = DrawnFingers(base, wanted, over.draw(seed, 0, n))

@@ -20,7 +20,6 @@ from electrovib.core.units import format_quantity
 from electrovib.scenario import Scenario
 from electrovib.scenario.space import Space
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check import CheckResult, CheckRow
 from electrovib.studies.check.result import not_in_rows, not_shown, shown
 from electrovib.studies.design import search
 from electrovib.studies.design.result import Designed
@@ -292,7 +291,6 @@ class DesignedForShare(Designed):
     top: ShareAt | None
     shares: tuple[Real, Real]
     method: str
-    check: CheckResult | None = None
     checked: int = 0
     unchecked: str = ""
     within: ShareAt | None = None
@@ -306,11 +304,6 @@ class DesignedForShare(Designed):
     def value_interval(self) -> tuple[float, float]:
         """95 % interval of the value for the number of draws; NaN without a value, infinite where they are too few for an end."""
         return (math.nan, math.nan) if self.found is None else self.widths[0].interval or (math.nan, math.nan)
-
-    @property
-    def failed(self) -> tuple[CheckRow, ...]:
-        """Limits that are exceeded at the value."""
-        return () if self.check is None else self.check.forbidding
 
     @property
     def is_achieved(self) -> bool:
