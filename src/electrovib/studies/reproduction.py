@@ -316,23 +316,19 @@ def _folded(item: Page | Table | Shown) -> Page | Table | Shown:
 def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: str = "") -> list[Table]:
     """Return the rows with these verdicts as a table with the columns that they fill, or nothing."""
     compared = verdicts == COMPARED
-    rows = tuple(
-        (
-            row.verdict if compared else "",
-            row.place,
-            row.what,
-            row.said if compared else "",
-            row.here,
-            row.inputs if row.place else "",
-            row.brief or row.note,
-        )
-        for row in found.ordered
-        if row.verdict in verdicts
-    )
-    headings = ("verdict", "place", "quantity", "paper", "here", "from inputs", "note")
-    filled = tuple(column for column in range(len(headings)) if any(row[column] for row in rows))
+    columns: dict[str, Callable[[Row], str]] = {
+        "verdict": lambda row: row.verdict if compared else "",
+        "place": lambda row: row.place,
+        "quantity": lambda row: row.what,
+        "paper": lambda row: row.said if compared else "",
+        "here": lambda row: row.here,
+        "from inputs": lambda row: row.inputs if row.place else "",
+        "note": lambda row: row.brief or row.note,
+    }
+    rows = [row for row in found.ordered if row.verdict in verdicts]
+    filled = tuple(place for place, cell in enumerate(columns.values()) if any(map(cell, rows)))
     looks = {0: "state", 2: "what", 3: "words", 4: "number"}
-    return [Table(title, headings, rows, caption=caption, shown=filled, looks=looks)] if rows else []
+    return [Table.of(title, rows, columns, caption=caption, shown=filled, looks=looks)] * bool(rows)
 
 
 def to_csv(panel: Panel) -> str:

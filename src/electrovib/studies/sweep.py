@@ -16,12 +16,11 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.diagnostics import STATES, Diagnostic
-from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, refuse
-from electrovib.core.mistakes import shown
+from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
 from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.core.tables import stored_changes
-from electrovib.core.units import expected, format_quantity, parse_quantity
+from electrovib.core.units import format_quantity, number_in
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
@@ -173,10 +172,8 @@ def _numbers(scenario: Scenario, over: Mapping[str, Any]) -> dict[str, Real]:
             problems.append(f"over '{path}': {_VALUES}")
             continue
         for value in values:
-            try:
-                numbers.append(parse_quantity(value, unit) if isinstance(value, str) else float(value))
-            except (TypeError, ValueError):
-                problems.append(Problem(expected(unit), path=path, value=shown(value)))
+            with gathered(problems):
+                numbers.append(number_in(unit, path, value))
         found[path] = np.asarray(numbers)
     if problems:
         raise InputError(problems[:MOST_PROBLEMS])
@@ -281,12 +278,7 @@ def _parse_one(scenario: Scenario, text: str) -> tuple[str, Real]:
         raise InputError(f"--over {path}: all cases share the grid of frequencies; use --set")
     if not 2 <= count <= 10**5:
         raise InputError(f"--over {text}: n must be a whole number from 2 to 100000")
-    ends = []
-    for end in (match[2], match[3]):
-        try:
-            ends.append(parse_quantity(end, quantity.unit))
-        except ValueError:
-            raise InputError(f"--over {path}: '{end}': {expected(quantity.unit)}") from None
+    ends = [number_in(quantity.unit, f"--over {path}", end) for end in (match[2], match[3])]
     if match[5] and min(ends) <= 0:
         raise InputError(f"--over {text}: a logarithmic range needs both ends above 0")
     spacing = np.geomspace if match[5] else np.linspace

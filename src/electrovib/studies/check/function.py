@@ -230,7 +230,7 @@ def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:
     if math.isnan(number) and math.isinf(values.largest[threshold.of]):
         number = math.inf
     value = None if math.isnan(number) else number
-    state = result.UNKNOWN if value is None else result.FAIL if value > threshold.value else result.PASS
+    state = result.state_at(value, threshold.value)
     doubtful = threshold.status == UNVERIFIED and state == result.PASS
     what = f"{threshold.statistic} {threshold.of.replace('_', ' ')}"
     return CheckRow(

@@ -172,20 +172,20 @@ def _explored(
     searched = search.Function(compute)
     search.explore(searched, values, most_added=most)
     points = searched.known
-    reach = f"at {{}} value from {wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
     if not points:
         judged = (each.text for each in _diagnostics(evaluation, wanted.begin))
         why = next(iter((*searched.refused.values(), *judged)), "its signal is not known")
-        raise InputError(f"{wanted.name} is not known {reach.format('any')}: {why}", path=wanted.free)
+        reach = f"{wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
+        raise InputError(f"{wanted.name} is not known at any value from {reach}: {why}", path=wanted.free)
     reached = [value for _, value in points]
     noise = max(_CONSTANT * max(map(abs, reached)), _FLAT_LEVEL if wanted.unit == "dB" else 0.0)
     if len(points) > 1 and max(reached) - min(reached) <= noise:
-        low, high = wanted.parameter(points[0][0]), wanted.parameter(points[-1][0])
-        raise InputError(
-            f"{wanted.name} does not depend on it: it is {wanted.quantity(reached[0])} at every value from"
-            f" {low} to {high}; choose another parameter",
-            path=wanted.free,
+        same, reach = (
+            wanted.quantity(reached[0]),
+            " to ".join(wanted.parameter(points[i][0]) for i in (0, -1)),
         )
+        why = f"{wanted.name} does not depend on it: it is {same} at every value from {reach}; choose another parameter"
+        raise InputError(why, path=wanted.free)
     return searched
 
 

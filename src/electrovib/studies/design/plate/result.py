@@ -353,15 +353,12 @@ def _at_limit(row: CheckRow) -> str:
 
 def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
     """State at which ends of the ranges the best candidate lies."""
-    ends = []
-    for path, value in best.at.items():
-        values = np.asarray(design.axes[path])
-        if len(values) < 2:
-            continue
-        for which, edge in (("smallest", float(np.min(values))), ("largest", float(np.max(values)))):
-            if abs(value - edge) <= SAME * abs(edge):
-                ends.append(f"{path} has the {which} of its values")
-    return ends
+    return [
+        f"{path} has the {which} of its values"
+        for path, value in best.at.items()
+        for which, edge in (("smallest", np.min(design.axes[path])), ("largest", np.max(design.axes[path])))
+        if len(design.axes[path]) > 1 and abs(value - edge) <= SAME * abs(edge)
+    ]
 
 
 def _ratio(row: CheckRow) -> str:
