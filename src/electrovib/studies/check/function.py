@@ -318,11 +318,9 @@ def cleared_as_played(
     except InputError as error:
         if not holds(interval):
             raise
-        played = (
-            "no edge is declared, so that they follow each other as steps"
-            if edge is None
-            else f"the declared edge takes {format_quantity(edge, 's', digits=4)}"
-        )
+        played = "no edge is declared, so that they follow each other as steps"
+        if edge is not None:
+            played = f"the declared edge takes {format_quantity(edge, 's', digits=4)}"
         shortest = _smallest(holds, _SHORTEST * interval, interval)
         pole = _two_digits(1 / (2 * math.pi * shortest), math.floor)
         held, takes = (format_quantity(each, "s", digits=4) for each in (interval, shortest))

@@ -171,11 +171,8 @@ class CheckRow:
     @property
     def named(self) -> str:
         """The quantity, and on how much of the contact area it is above its limit, where a law states it."""
-        return (
-            self.quantity
-            if self.area is None
-            else f"{self.quantity} (on {100 * self.area:.3g} % of the area)"
-        )
+        where = "" if self.area is None else f" (on {100 * self.area:.3g} % of the area)"
+        return f"{self.quantity}{where}"
 
     @property
     def forbids(self) -> bool:

@@ -100,11 +100,7 @@ def read_wanted(scenario: Scenario, *, want: WantSource, free: FreeSource, bande
         asked = read_quantities(scenario, [statistic])
         (statistic, (unit, _)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
         name = statistic if at is None else f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
-        ends = (
-            _band(value, unit, f"want: {name}")
-            if banded
-            else (read_number(value, unit, f"want: {name}"), math.inf)
-        )
+        ends = _band(value, unit, f"want: {name}", banded=banded)
     path, declared, begin, searched = "", None, math.nan, (math.nan, math.nan)
     with gathered(problems):
         path, between = _free(free)
@@ -134,9 +130,9 @@ def _numbers(source: Any, unit: str, path: str) -> list[float]:
     return [read_number(each, unit, path) for each in parts]
 
 
-def _band(value: Any, unit: str, path: str) -> tuple[float, float]:
+def _band(value: Any, unit: str, path: str, *, banded: bool) -> tuple[float, float]:
     """Return the smallest and the largest wanted value; of a single value the largest is infinite."""
-    found = _numbers(value, unit, path)
+    found = _numbers(value, unit, path) if banded else [read_number(value, unit, path)]
     if len(found) == 1:
         return found[0], math.inf
     if len(found) != 2 or not found[0] < found[1]:

@@ -208,15 +208,16 @@ def _check_law(found: Submission, measured: Measurement) -> None:
 
 def _of_made(made: list[str], groups: set[str]) -> list[str]:
     """Say which groups cannot have made a law: those that judge it, and those that nobody knows."""
-    held_out = set(split().held_out)
-    return [
+    known = split().held_out
+    held_out = [
         f"made_from: '{group}' is held out, so that its numbers judge every submission; a law or prior made from them is no"
         " prediction: make it from public groups, or from what is not in the data"
-        if group in held_out
-        else f"made_from: no group of the measured data is called '{group}'.{nearest(group, groups)}"
         for group in made
-        if group in held_out or group not in groups
+        if group in known
     ]
+    unknown = [group for group in made if group not in groups.union(known)]
+    nobody = "made_from: no group of the measured data is called"
+    return held_out + [f"{nobody} '{group}'.{nearest(group, groups)}" for group in unknown]
 
 
 def _of_priors(found: Submission, measured: Mapping[str, Measurement]) -> list[str]:

@@ -78,6 +78,7 @@ class ExperimentPlan(Answer):
     def document(self) -> Document:
         """The best experiment, the others, and the odds over the repeats."""
         unit = read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
+        left_out = Table("Left out", ("point", "why"), tuple(self.left_out.items()), folded=True)
         return Document(
             title=f"Which experiment tells {' from '.join(self.laws)}",
             sentences=self._sentences,
@@ -89,9 +90,7 @@ class ExperimentPlan(Answer):
                 f" {format_quantity(self.noise[1], unit, digits=3)} in each repeat. What the space leaves open is the same"
                 " in all repeats. Odds are expected over the space and the noise, for the law that needs more."
             ],
-            pages=[Table("Left out", ("point", "why"), tuple(self.left_out.items()), folded=True)]
-            if self.left_out
-            else [],
+            pages=[left_out] if self.left_out else [],
         )
 
     @property

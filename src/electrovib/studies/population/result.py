@@ -315,12 +315,8 @@ def _columns(found: xarray.Dataset) -> dict[str, Real]:
             each = found[f"{name}_{kind}"]
             several = [None] if each.ndim == 1 else each[each.dims[0]].values.tolist()
             for level, row in zip(several, each.values.reshape(len(several), -1), strict=True):
-                at = (
-                    f" of {format_quantity(level, own)}"
-                    if kind == "exceedance"
-                    else f" {level:g}"
-                    if level
-                    else ""
-                )
+                at = "" if level is None else f" {level:g}"
+                if kind == "exceedance":
+                    at = f" of {format_quantity(level, own)}"
                 columns[f"{name} {kind}{at} [{each.attrs['units']}]"] = row
     return columns

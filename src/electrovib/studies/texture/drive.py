@@ -291,11 +291,9 @@ def _misfit(predicted: Real, wanted: Real, first: int, last: int) -> float:
 
 def _notes(synthesis: Synthesis) -> tuple[str, ...]:
     hardware = synthesis.hardware
-    how = (
-        f"carrier of {format_quantity(hardware.carrier, 'Hz')}, its amplitude the root of the wanted force"
-        if hardware.carrier
-        else "no carrier: the voltage is the root of the wanted force"
-    )
+    how = "no carrier: the voltage is the root of the wanted force"
+    if hardware.carrier:
+        how = f"carrier of {format_quantity(hardware.carrier, 'Hz')}, its amplitude the root of the wanted force"
     return (
         f"{how}; {format_quantity(synthesis.rate, 'Hz')} samples, joined by straight lines",
         f"largest attraction {format_quantity(hardware.largest_force, 'N', digits=4)} at"

@@ -304,12 +304,9 @@ def hardware(
     allowed = {name: limit.value / (factor * per_amplitude[name]) for name, limit in limits.items()}
     name = min(allowed, key=lambda each: allowed[each])
     slopes = [
-        limits[each].value
-        if each == "slew_rate"
-        else currents[each].slope(limits[each].value, factor * allowed[name])
-        for each in limits
-        if each != "voltage"
+        each.slope(limits[of].value, factor * allowed[name]) for of, each in currents.items() if of in limits
     ]
+    slopes += [limits[each].value for each in ("slew_rate",) if each in limits]
     shown = format_quantity(limits[name].value, unit_of_limit(name))
     return RenderingHardware(
         force_gain=gain,

@@ -99,11 +99,8 @@ def drive_for_force(
     if method == "dc" and frequency is not None:
         raise InputError("method 'dc' has no carrier; omit it, or take another method", path="carrier")
     bounds = Bounds.of(base, limits)
-    prescribed = (
-        CurrentSine(amplitude=1e-6, frequency=1e3)
-        if method == "current"
-        else Sine(amplitude=1.0, frequency=1e3)
-    )
+    of_current, of_voltage = CurrentSine(amplitude=1e-6, frequency=1e3), Sine(amplitude=1.0, frequency=1e3)
+    prescribed = of_current if method == "current" else of_voltage
     own = base.model_copy(update={"drive": prescribed})  # which the design replaces
     linear = without_its_limits(own, LARGEST)
     if method == "dc":

@@ -110,6 +110,9 @@ def value_for_share(
     ends = wanted.value, wanted.upper
     sampled = _Sampled(drawn, fresh, cover(drawn, *ends), ends, share, seed)
     top = (found := sampled.found()) or sampled.top()
+    method = f"solved at up to {MOST_VALUES} values of the parameter, and between them by Brent's method"
+    if quadratic:
+        method = "proportional to the square of the parameter, one solution each"
     result = DesignedForShare(
         base=base,
         wanted=wanted,
@@ -123,9 +126,7 @@ def value_for_share(
         others=sampled.others(),
         top=top,
         shares=sampled.covered.shares(),
-        method="proportional to the square of the parameter, one solution each"
-        if quadratic
-        else f"solved at up to {MOST_VALUES} values of the parameter, and between them by Brent's method",
+        method=method,
         limits=given,
     )
     return result if result.top is None else _compared(result, result.top, sampled)
