@@ -16,11 +16,12 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
 from electrovib.core.diagnostics import STATES, Diagnostic
-from electrovib.core.errors import ElectrovibError, InputError, gathered, refuse
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered, refuse
+from electrovib.core.mistakes import shown
 from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.core.tables import stored_changes
-from electrovib.core.units import format_quantity, number_in
+from electrovib.core.units import expected, format_quantity, number_in
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
@@ -172,8 +173,10 @@ def _numbers(scenario: Scenario, over: Mapping[str, Any]) -> dict[str, Real]:
             problems.append(f"over '{path}': {_VALUES}")
             continue
         for value in values:
-            with gathered(problems):
+            try:
                 numbers.append(number_in(unit, path, value))
+            except InputError:
+                problems.append(Problem(expected(unit), path=path, value=shown(value)))
         found[path] = np.asarray(numbers)
     if problems:
         raise InputError(problems[:MOST_PROBLEMS])
