@@ -57,7 +57,8 @@ def _of_model(model: type[Model]) -> list[str]:
         facts += [("paper", name), *claims(module).items(), *_disagreements(module)]
         facts += _checks(getattr(module, "CHECKS", ()))
     return [
-        *((inspect.getdoc(model) or "").replace("``", "'"), ""),
+        (inspect.getdoc(model) or "").replace("``", "'"),
+        "",
         *_labelled(before),
         *(["", laid_out(table)] if table.rows else []),
         *_labelled([*facts, *_checks(model.checks)]),

@@ -92,7 +92,8 @@ def find_value(
     """
     base = read_scenario(scenario, changes=set)
     wanted = read_wanted(base, want=want, free=free)
-    declared_limits(base, given := several_limits(limits))  # a mistake is reported at once
+    given = several_limits(limits)
+    declared_limits(base, given)  # a mistake is reported at once
     most_added, most_between = (_FEW_ADDED, _FEW_ADDED) if is_long(base) else (search.MOST_ADDED, _BETWEEN)
     evaluation = Evaluation(base, wanted, (wanted.free,))
     function = _explored(evaluation, sparse=most_added == _FEW_ADDED, most=most_added, progress=progress)

@@ -306,7 +306,8 @@ def hardware(
     slopes = [
         each.slope(limits[of].value, factor * allowed[name]) for of, each in currents.items() if of in limits
     ]
-    slopes += [limits[each].value for each in ("slew_rate",) if each in limits]
+    if "slew_rate" in limits:
+        slopes.append(limits["slew_rate"].value)
     shown = format_quantity(limits[name].value, unit_of_limit(name))
     return RenderingHardware(
         force_gain=gain,

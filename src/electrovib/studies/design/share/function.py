@@ -100,7 +100,8 @@ def value_for_share(
     """
     base = read_scenario(scenario, changes=set)
     wanted, over = _asked(base, want, free, space, share=share, seed=seed, n=n)
-    declared_limits(base, given := several_limits(limits))  # a mistake is reported at once
+    given = several_limits(limits)
+    declared_limits(base, given)  # a mistake is reported at once
     numbers = 2 * len(over.paths)
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     drawn = DrawnFingers(base, wanted, over.draw(seed, 0, n))
