@@ -169,7 +169,7 @@ def _number(unit: str) -> _Kind:
         return is_number or (not unit and isinstance(value, str))
 
     def convert(value: Any) -> float:
-        return parse_quantity(value, unit) if isinstance(value, str) else float(_numeric(value))
+        return parse_quantity(value, unit or "1") if isinstance(value, str) else float(_numeric(value))
 
     kind, example = KINDS.get(unit, KINDS["1"])
     return _Kind(kind if unit in {"", "1"} else f"{kind}, for instance '{example}'", holds, convert)

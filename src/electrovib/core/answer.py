@@ -235,6 +235,11 @@ class Answer(Unchangeable, ABC):
         return self.document.html
 
 
+def as_sentence(text: str) -> str:
+    """Begin a text with a capital letter, and end it with one full stop."""
+    return f"{text[:1].upper()}{text[1:].removesuffix('.')}."
+
+
 def laid_out(table: Table) -> str:
     """Lay a table out in columns; the last column takes the rest of the line and is wrapped."""
     lines = [table.headings, *table.rows]

@@ -7,12 +7,13 @@ import re
 import unicodedata
 from contextlib import contextmanager
 from traceback import FrameSummary, walk_tb
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final, Self, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-
+T = TypeVar("T")
+R = TypeVar("R")
 LONGEST_QUOTED: Final = 60
 """Most characters that are quoted from a file."""
 _LONGEST_PROBLEM: Final = 1200
@@ -130,6 +131,25 @@ def gathered(problems: list[str], *, within: str = "") -> Iterator[None]:
         yield
     except InputError as error:
         problems += [each.within(within) if within else each for each in error.problems]
+
+
+def computed_or_refused(
+    items: Mapping[str, T], compute: Callable[[str, T], R], *, reason: Callable[[ElectrovibError], str] = str
+) -> tuple[dict[str, R], dict[str, str]]:
+    """Compute each item by its name, and give the reason for each that cannot be computed."""
+    found: dict[str, R] = {}
+    refused: dict[str, str] = {}
+    for name, item in items.items():
+        try:
+            found[name] = compute(name, item)
+        except ElectrovibError as error:
+            refused[name] = reason(error)
+    return found, refused
+
+
+def in_short(error: ElectrovibError) -> str:
+    """Give the reasons of an error in one line."""
+    return "; ".join(each if each.path else each.reason for each in error.problems)
 
 
 @contextmanager

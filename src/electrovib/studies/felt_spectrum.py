@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -475,10 +474,8 @@ def crossover(pair: Pair, *, low: float, high: float, person: Perception) -> flo
         return threshold_ratio(*pair(float(np.exp(logarithm))), person)
 
     octaves = int(np.ceil(np.log2(high / low) * (1 - 1e-12)))
-    places = [float(place) for place in np.linspace(np.log(low), np.log(high), octaves + 1)]
-    if ratio(places[0]) <= 0:
-        return 0.0
-    for before, after in itertools.pairwise(places):
-        if ratio(after) <= 0:
-            return float(np.exp(brentq(ratio, before, after, xtol=1e-3)))
-    return float("inf")
+    places = np.linspace(np.log(low), np.log(high), octaves + 1).tolist()
+    first = next((at for at, place in enumerate(places) if ratio(place) <= 0), len(places))
+    if first in {0, len(places)}:
+        return 0.0 if first == 0 else math.inf
+    return float(np.exp(brentq(ratio, places[first - 1], places[first], xtol=1e-3)))

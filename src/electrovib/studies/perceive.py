@@ -324,11 +324,8 @@ class Percept(Answer):
                 f"felt or not: unknown without perception.threshold; strongest in the {self.loudest} channel"
             )
         low, high = self.sensation - self.uncertainty, self.sensation + self.uncertainty
-        whose = (
-            "published detection thresholds"
-            if felt_spectrum.THRESHOLD in self.left
-            else "the detection threshold"
-        )
+        is_assumed = felt_spectrum.THRESHOLD in self.left
+        whose = "published detection thresholds" if is_assumed else "the detection threshold"
         level = f"{self.sensation:+.1f} dB ({low:+.1f} to {high:+.1f} dB) relative to {whose}"
         return f"{_ANSWERS[self.verdict]}, {self.felt_by} channel: {level}"
 

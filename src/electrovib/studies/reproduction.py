@@ -7,7 +7,7 @@ import json
 import math
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
@@ -68,32 +68,35 @@ class Row:
     def __post_init__(self) -> None:
         """Refuse a verdict that the row does not support."""
         verdict, compared = self.verdict, self.paper is not None or bool(self.stated)
-        known = self.unit in SHOWN_UNITS or self.unit in KINDS
-        known = known and verdict in VERDICTS and self.inputs in INPUTS
+        known = (self.unit in SHOWN_UNITS or self.unit in KINDS) and self.inputs in INPUTS
         reached = self.paper is None or overlap(self.paper, self.ours)
+        of_inputs = f"what {self.inputs} inputs give neither reproduces the paper nor disagrees with it"
+        digits = "only a printed number that ours has in its digits, rounded or cut off, is reproduced"
         what = f"{verdict}, compared with what? Give the number or the words of the paper, or call it ours"
-        faults = {
-            f"verdict '{verdict}', unit '{self.unit}' or inputs '{self.inputs}' is not allowed": not known,
-            f"what {self.inputs} inputs give neither reproduces the paper nor disagrees with it": verdict
-            in {"reproduced", "disagrees"}
-            and self.inputs != "printed",
-            "only a printed number that ours has in its digits, rounded or cut off, is reproduced": verdict
-            == "reproduced"
-            and not self._has_digits,
-            "what is consistent lies in the range that agrees with the paper": verdict == "consistent"
-            and not self._is_within,
-            "only a printed number that ours does not reach disagrees with it": verdict == "disagrees"
-            and reached,
-            what: verdict in {"consistent", "open"} and not compared,
-            "a quantity or a check of ours is not compared with the paper": verdict in {"ours", "check"}
-            and compared,
-            "an open verdict needs a note on what the paper does not give": verdict == "open"
-            and not self.note,
+        of_ours = "a quantity or a check of ours is not compared with the paper"
+        printed, of_range = (
+            self.inputs == "printed",
+            "what is consistent lies in the range that agrees with the paper",
+        )
+        needed = {  # what has to be true of a row with this verdict, and what is said where it is not
+            "reproduced": {of_inputs: printed, digits: self._has_digits},
+            "disagrees": {
+                of_inputs: printed,
+                "only a printed number that ours does not reach disagrees with it": not reached,
+            },
+            "consistent": {of_range: self._is_within, what: compared},
+            "open": {
+                what: compared,
+                "an open verdict needs a note on what the paper does not give": bool(self.note),
+            },
+            "ours": {of_ours: not compared},
+            "check": {of_ours: not compared},
         }
-        for words, is_fault in faults.items():
-            if is_fault:
-                msg = f"row {self.id}: {words}"
-                raise ValueError(msg)
+        allowed = f"verdict '{verdict}', unit '{self.unit}' or inputs '{self.inputs}' is not allowed"
+        told = {allowed: known and verdict in needed} | needed.get(verdict, {})
+        if wrong := [words for words, is_so in told.items() if not is_so]:
+            msg = f"row {self.id}: {wrong[0]}"
+            raise ValueError(msg)
 
     @property
     def _has_digits(self) -> bool:
@@ -222,14 +225,9 @@ class Reproduction(Answer):
         first = {name for part in self.parts for name in part.panels}
         panels = {each.id: each for each in self.panels}
         formulas = tuple((f"({number})", text) for number, text in self.equations.items())
-        warnings = [
-            Table(
-                f"Warnings on the paper's own scenarios: {len(self.diagnostics)}",
-                ("", ""),
-                tuple((each.state, each.text) for each in self.diagnostics),
-                looks={0: "state"},
-            )
-        ][: len(self.diagnostics)]
+        title = f"Warnings on the paper's own scenarios: {len(self.diagnostics)}"
+        told = tuple((each.state, each.text) for each in self.diagnostics)
+        warnings = [Table(title, ("", ""), told, looks={0: "state"})] * bool(told)
         further: list[Page | Table | Shown] = [
             *_rows(self, "Numbers of the paper", COMPARED, caption=_VERDICTS),
             *warnings,
@@ -285,19 +283,14 @@ class Reproduction(Answer):
 def _in_terminal(found: Reproduction, warnings: Sequence[Table]) -> list[Table]:
     """Return what a terminal shows: the groups of each part, or the rows, and the warnings."""
     count = f"Numbers: {found.count()}."
-    rows = tuple(
-        (row.verdict, row.what, row.here, row.said if row.verdict in COMPARED else "")
-        for row in found.ordered
-    )
-    tables = [
-        Table(
-            part.title,
-            ("", ""),
-            tuple((each.verdict, each.words) for each in part.groups),
-            caption=part.words,
-        )
-        for part in found.parts
-    ] or [Table("", ("verdict", "quantity", "here", "paper"), rows)] * bool(rows)
+    columns: dict[str, Callable[[Row], str]] = {
+        "verdict": lambda row: row.verdict,
+        "quantity": lambda row: row.what,
+        "here": lambda row: row.here,
+        "paper": lambda row: row.said if row.verdict in COMPARED else "",
+    }
+    tables = [replace(_groups(part), title=part.title, caption=part.words) for part in found.parts]
+    tables = tables or [Table.of("", found.ordered, columns)] * bool(found.rows)
     if found.parts:  # of rows alone the count is the first sentence
         tables[-1] = replace(tables[-1], caption=" ".join(filter(None, [tables[-1].caption, count])))
     return [replace(each, on_page=False) for each in (*tables, *warnings)]
@@ -305,12 +298,15 @@ def _in_terminal(found: Reproduction, warnings: Sequence[Table]) -> list[Table]:
 
 def _shown(part: Part, panels: Mapping[str, Shown]) -> list[Page | Table | Shown]:
     """Return what a page shows of a part: its groups of rows, then its figures."""
-    groups = tuple((each.verdict, each.words) for each in part.groups)
     return [
         Page(part.title, (part.words,) if part.words else ()),
-        Table("", ("", ""), groups, looks={0: "state"}),
+        _groups(part),
         *(panels[name] for name in part.panels if name in panels),
     ]
+
+
+def _groups(part: Part) -> Table:
+    return Table("", ("", ""), tuple((each.verdict, each.words) for each in part.groups), looks={0: "state"})
 
 
 def _folded(item: Page | Table | Shown) -> Page | Table | Shown:
@@ -320,23 +316,19 @@ def _folded(item: Page | Table | Shown) -> Page | Table | Shown:
 def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: str = "") -> list[Table]:
     """Return the rows with these verdicts as a table with the columns that they fill, or nothing."""
     compared = verdicts == COMPARED
-    rows = tuple(
-        (
-            row.verdict if compared else "",
-            row.place,
-            row.what,
-            row.said if compared else "",
-            row.here,
-            row.inputs if row.place else "",
-            row.brief or row.note,
-        )
-        for row in found.ordered
-        if row.verdict in verdicts
-    )
-    headings = ("verdict", "place", "quantity", "paper", "here", "from inputs", "note")
-    filled = tuple(column for column in range(len(headings)) if any(row[column] for row in rows))
+    columns: dict[str, Callable[[Row], str]] = {
+        "verdict": lambda row: row.verdict if compared else "",
+        "place": lambda row: row.place,
+        "quantity": lambda row: row.what,
+        "paper": lambda row: row.said if compared else "",
+        "here": lambda row: row.here,
+        "from inputs": lambda row: row.inputs if row.place else "",
+        "note": lambda row: row.brief or row.note,
+    }
+    rows = [row for row in found.ordered if row.verdict in verdicts]
+    filled = tuple(place for place, cell in enumerate(columns.values()) if any(map(cell, rows)))
     looks = {0: "state", 2: "what", 3: "words", 4: "number"}
-    return [Table(title, headings, rows, caption=caption, shown=filled, looks=looks)] if rows else []
+    return [Table.of(title, rows, columns, caption=caption, shown=filled, looks=looks)] * bool(rows)
 
 
 def to_csv(panel: Panel) -> str:

@@ -197,11 +197,9 @@ class RestingContact(Answer):
 
     def _at_most(self) -> str:
         at = self.at_largest_voltage
-        beside = (
-            f"{self.attraction[at] / self.plates[at]:.3g} times that of plates"
-            if self.plates[at]
-            else "as of plates"
-        )
+        beside = "as of plates"
+        if self.plates[at]:
+            beside = f"{self.attraction[at] / self.plates[at]:.3g} times that of plates"
         return (
             f"at {_shown(self.voltage[at], 'V')} under a load of {_shown(self.stack.pressure, 'Pa')}"
             f" {100 * self.contact_share[at]:.3g} % of the area touch, the mean gap is {_shown(self.mean_gap[at], 'm')}, and the"
@@ -244,12 +242,9 @@ class RestingContact(Answer):
         smoothest = f"without roughness shorter than {_shown(2 * self.roughness.shortest, 'm')}"
         for words, both in (("on every second point of the grid", self.coarser), (smoothest, self.smoother)):
             share, attraction = both[:, at]
-            ratio = (
-                f" and {attraction / self.attraction[at]:.3g} times the attraction"
-                if self.attraction[at]
-                else ""
-            )
-            parts.append(f"{words} {100 * share:.3g} % touch{ratio}")
+            parts.append(f"{words} {100 * share:.3g} % touch")
+            if self.attraction[at]:
+                parts[-1] += f" and {attraction / self.attraction[at]:.3g} times the attraction"
         return "; ".join(parts)
 
     def _over_voltage(self) -> list[Panel]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -44,6 +44,11 @@ class Elasticity:
     unit: str
     value: float
 
+    @property
+    def shown(self) -> str:
+        """The value of the parameter with its unit."""
+        return format_quantity(self.at, self.unit, digits=4)
+
 
 def slope(quantity: Callable[[Mapping[str, float]], float], at: Mapping[str, float], path: str) -> float:
     """Return dq / d ln p of a quantity q by one parameter p, in the unit of q; NaN where it cannot be computed."""
@@ -57,6 +62,26 @@ def slope(quantity: Callable[[Mapping[str, float]], float], at: Mapping[str, flo
         return sum(weight * (ahead(steps) - ahead(-steps)) for steps, weight in _WEIGHTS.items()) / STEP
     except ElectrovibError:  # the range of the parameter ends here
         return math.nan
+
+
+def elasticities(
+    scenario: Scenario,
+    quantity: Callable[[Mapping[str, float]], float],
+    at: Mapping[str, float],
+    paths: Iterable[str],
+    *,
+    per: float,
+) -> list[Elasticity]:
+    """Return the slope of a quantity by the logarithm of each parameter, over a slope or value `per`."""
+    return [
+        Elasticity(
+            path=path,
+            at=at[path],
+            unit=quantity_at(scenario, path).unit,
+            value=slope(quantity, at, path) / per + 0.0 if per else math.nan,
+        )
+        for path in paths
+    ]
 
 
 _HELD: Final = 8
@@ -138,19 +163,16 @@ def sensitivity(
 
 
 def _ordered(space: Space, indices: Indices) -> tuple[InputIndices, ...]:
-    arrays = (indices.first, indices.first_interval.T, indices.total, indices.total_interval.T)
     found = [
         InputIndices(
             name=name,
             paths=tuple(each for each in streams if each in space.paths),
-            first=first,
-            first_interval=tuple(ends),
-            total=total,
-            total_interval=tuple(most),
+            first=float(indices.first[place]),
+            first_interval=tuple(indices.first_interval[:, place].tolist()),
+            total=float(indices.total[place]),
+            total_interval=tuple(indices.total_interval[:, place].tolist()),
         )
-        for (name, streams), first, ends, total, most in zip(
-            space.inputs.items(), *(each.tolist() for each in arrays), strict=True
-        )
+        for place, (name, streams) in enumerate(space.inputs.items())
     ]
     return tuple(sorted(found, key=lambda each: -each.total))
 
@@ -159,18 +181,11 @@ def _elasticities(prepared: Prepared, space: Space, quantity: str) -> list[Elast
     """Differentiate the quantity at the medians."""
     middle = space.values({stream: np.array([0.5]) for stream in space.streams})
     medians = {path: float(value[0]) for path, value in middle.items()}
-    at = float(prepared(medians)[quantity])
-    return [
-        Elasticity(
-            path=path,
-            at=value,
-            unit=quantity_at(prepared.base, path).unit,
-            value=slope(lambda point: float(prepared(point)[quantity]), medians, path) / at
-            if at
-            else math.nan,
-        )
-        for path, value in medians.items()
-    ]
+
+    def compute(point: Mapping[str, float]) -> float:
+        return float(prepared(point)[quantity])
+
+    return elasticities(prepared.base, compute, medians, space.paths, per=compute(medians))
 
 
 REFERENCES: Final = (
@@ -304,10 +319,8 @@ class Sensitivity(Answer):
             (
                 each.name,
                 ", ".join(path for path in each.paths if path != each.name),
-                f"{each.first:z.3f}",
-                _interval(each.first_interval),
-                f"{each.total:z.3f}",
-                _interval(each.total_interval),
+                *(f"{each.first:z.3f}", _interval(each.first_interval)),
+                *(f"{each.total:z.3f}", _interval(each.total_interval)),
             )
             for each in self.indices
         )
@@ -318,18 +331,17 @@ class Sensitivity(Answer):
             " one input. The first-order index is the part of the variance that would be gone on average if the input were"
             " known, the total index the part that is left on average if all others are known."
         )
-        local = tuple(
-            (each.path, format_quantity(each.at, each.unit, digits=4), _number(each.value))
-            for each in self.elasticities
-        )
+        local: dict[str, Callable[[Elasticity], str]] = {
+            "Parameter": lambda each: each.path,
+            "At": lambda each: each.shown,
+            "d ln quantity / d ln parameter": lambda each: (
+                f"{each.value:.4g}" if math.isfinite(each.value) else "not defined"
+            ),
+        }
+        where = "At the medians of the distributions, of groups at those of the group at half of all fingers."
         return (
             Table("Sobol indices", ("Input", "Its parameters", *headings), rows, caption=caption),
-            Table(
-                "Local elasticities",
-                ("Parameter", "At", "d ln quantity / d ln parameter"),
-                local,
-                caption="At the medians of the distributions, of groups at those of the group at half of all fingers.",
-            ),
+            Table.of("Local elasticities", self.elasticities, local, caption=where),
         )
 
     def _shown(self, value: float) -> str:
@@ -338,17 +350,12 @@ class Sensitivity(Answer):
     def _between(self) -> str:
         """State the part of the variance that is due to inputs together."""
         rest = 1 - sum(each.first for each in self.indices)
-        return (
-            f" Interactions of the inputs hold {100 * rest:.0f} % of the variance."
-            if rest > _NEGLIGIBLE
-            else ""
-        )
+        text = f" Interactions of the inputs hold {100 * rest:.0f} % of the variance."
+        return text * (rest > _NEGLIGIBLE)
 
     def _idle(self) -> str:
         idle = [each.name for each in self.indices if each.total_interval[1] < _NEGLIGIBLE]
-        if not idle:
-            return ""
-        return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}."
+        return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}." * bool(idle)
 
 
 def _named(each: InputIndices) -> str:
@@ -362,10 +369,6 @@ def _narrowing(first: float) -> float:
 
 def _interval(ends: tuple[float, float]) -> str:
     return f"{ends[0]:z.3f} to {ends[1]:z.3f}"
-
-
-def _number(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else "not defined"
 
 
 LEVEL: Final = 0.95

@@ -90,22 +90,14 @@ def compare_surfaces() -> Table:
             for gap in sorted({*FILM.gaps, *SCREEN.gaps}):
                 cells = (_cell(stack, law, gap) for stack in (FILM, SCREEN))
                 rows.append((law, "", format_quantity(gap, "m"), *cells))
-    headings = (
-        "law",
-        "static force",
-        "gap g",
-        *(f"{stack.name} ({stack.status})" for stack in (FILM, SCREEN)),
-    )
+    stacks = (f"{stack.name} ({stack.status})" for stack in (FILM, SCREEN))
     caption = (
         "On 1 cm2 without conduction; under a sine, half. Beyond breakdown, which no one would measure: over"
         f" {format_quantity(FIELD_EMISSION, 'V/m')} in air (a value cited from memory, unverified) or, from 5 um on,"
         " Paschen's voltage."
     )
     return Table(
-        "Static force by law",
-        headings,
-        tuple(rows),
-        caption=caption,
+        "Static force by law", ("law", "static force", "gap g", *stacks), tuple(rows), caption=caption
     )
 
 
@@ -115,9 +107,7 @@ def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
 
 
 def _cell(stack: PlateStack, law: str, gap: float = 0.0) -> str:
-    force = cell(stack, law, gap=gap)
-    shown = format_quantity(force, "N", digits=4)
-    broken = law == "MaxwellStressInGap" and air_breaks_down(
-        stack.scenario(law, gap=gap), voltage=stack.voltage
-    )
-    return f"{shown} (beyond breakdown)" if broken else shown
+    shown = format_quantity(cell(stack, law, gap=gap), "N", digits=4)
+    scenario = stack.scenario(law, gap=gap)
+    is_broken = law == "MaxwellStressInGap" and air_breaks_down(scenario, voltage=stack.voltage)
+    return f"{shown} (beyond breakdown)" if is_broken else shown

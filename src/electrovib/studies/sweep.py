@@ -21,7 +21,7 @@ from electrovib.core.mistakes import shown
 from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.signals import FORMAT, stamp
 from electrovib.core.tables import stored_changes
-from electrovib.core.units import expected, format_quantity, parse_quantity
+from electrovib.core.units import expected, format_quantity, number_in
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
@@ -94,8 +94,7 @@ def sweep(
     >>> found["mean electrostatic_force"].values.round(4)
     array([0.031 , 0.1239])
     """
-    found = sweep_cases(scenario, over, quantity=quantity, records=records, progress=progress)
-    return _dataset(found, records=records)
+    return _dataset(sweep_cases(scenario, over, quantity=quantity, records=records, progress=progress))
 
 
 @dataclass(frozen=True)
@@ -106,6 +105,7 @@ class Cases:
     axes: dict[str, Real]
     asked: Asked
     cases: list[Case]
+    records: bool
 
 
 @measured()
@@ -135,7 +135,7 @@ def sweep_cases(
             where = f" (at {point_words(scenario, point)})" if point else ""
             kind = BudgetError if isinstance(error, BudgetError) else InputError
             raise kind(problem.followed_by(where) for problem in error.problems) from None
-    return Cases(scenario, axes, asked, cases)
+    return Cases(scenario, axes, asked, cases, records)
 
 
 def _metered(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> Meter:
@@ -174,8 +174,8 @@ def _numbers(scenario: Scenario, over: Mapping[str, Any]) -> dict[str, Real]:
             continue
         for value in values:
             try:
-                numbers.append(parse_quantity(value, unit) if isinstance(value, str) else float(value))
-            except (TypeError, ValueError):
+                numbers.append(number_in(unit, path, value))
+            except InputError:
                 problems.append(Problem(expected(unit), path=path, value=shown(value)))
         found[path] = np.asarray(numbers)
     if problems:
@@ -188,13 +188,12 @@ def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> lis
     try:
         return _sharing(scenario, points)
     except InputError:
-        problems = dict[str, None]()
+        problems = list[str]()
         for point in points:
-            try:
+            with gathered(problems):
                 scenario.replace(point)
-            except InputError as error:
-                problems |= dict.fromkeys(error.problems)
-        first, more = list(problems)[:MOST_PROBLEMS], len(problems) - MOST_PROBLEMS
+        several = list(dict.fromkeys(problems))
+        first, more = several[:MOST_PROBLEMS], len(several) - MOST_PROBLEMS
         raise InputError(first + [f"and {more} more like these"] * (more > 0)) from None
 
 
@@ -282,12 +281,7 @@ def _parse_one(scenario: Scenario, text: str) -> tuple[str, Real]:
         raise InputError(f"--over {path}: all cases share the grid of frequencies; use --set")
     if not 2 <= count <= 10**5:
         raise InputError(f"--over {text}: n must be a whole number from 2 to 100000")
-    ends = []
-    for end in (match[2], match[3]):
-        try:
-            ends.append(parse_quantity(end, quantity.unit))
-        except ValueError:
-            raise InputError(f"--over {path}: '{end}': {expected(quantity.unit)}") from None
+    ends = [number_in(quantity.unit, f"--over {path}", end) for end in (match[2], match[3])]
     if match[5] and min(ends) <= 0:
         raise InputError(f"--over {text}: a logarithmic range needs both ends above 0")
     spacing = np.geomspace if match[5] else np.linspace
@@ -373,7 +367,7 @@ class Case:
     record: xarray.Dataset | None = None
 
 
-def _dataset(found: Cases, *, records: bool) -> xarray.Dataset:
+def _dataset(found: Cases) -> xarray.Dataset:
     """Assemble the cases of a sweep, as `electrovib.sweep` returns them."""
     import xarray
 
@@ -390,13 +384,13 @@ def _dataset(found: Cases, *, records: bool) -> xarray.Dataset:
     for path, along in axes.items():
         quantity = quantity_at(found.scenario, path)
         variables[path] = (path, along, {"units": quantity.unit, "long_name": quantity.doc})
-    if records:
+    if found.records:
         variables |= _records([case.record for case in cases if case.record is not None], tuple(axes), shape)
-    whole = xarray.Dataset(variables, attrs=_attributes(found, records=records))
-    return stamp(whole.set_coords(["time"]) if records else whole)
+    whole = xarray.Dataset(variables, attrs=_attributes(found))
+    return stamp(whole.set_coords(["time"]) if found.records else whole)
 
 
-def _attributes(found: Cases, *, records: bool) -> dict[str, Any]:
+def _attributes(found: Cases) -> dict[str, Any]:
     """Return the swept parameters, the methods and the validity as attributes."""
     cases, words = found.cases, functools.partial(point_words, found.scenario)
     checks = over_all([(case.at, case.diagnostics) for case in cases], words=words)
@@ -405,7 +399,7 @@ def _attributes(found: Cases, *, records: bool) -> dict[str, Any]:
         "over": json.dumps({path: values.tolist() for path, values in found.axes.items()}),
         "quantities": json.dumps(list(found.asked.units)),
         "taken_over": window(found.scenario)[1],
-        "records": int(records),
+        "records": int(found.records),
         "validity": json.dumps(checks),
     }
     for name in ("solver", "solver_reason"):

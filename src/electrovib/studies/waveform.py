@@ -148,17 +148,19 @@ def refuse_unless_zero_at_both_ends(drive: Drive, end: float) -> None:
 def _check(drive: Drive, end: float, rate: float | None, largest_error: float, most_points: int) -> None:
     if drive.quantity != "voltage":
         raise InputError("prescribes a current, and a waveform is a voltage", path="drive")
-    if not (math.isfinite(largest_error) and largest_error > 0):
-        raise InputError("must be a number above 0", path="largest_error", value=str(largest_error))
-    if not (math.isfinite(end) and end > 0):
-        raise InputError("must be a time above 0 s", path="end", value=str(end))
+    _check_positive("largest_error", largest_error, "a number above 0")
+    _check_positive("end", end, "a time above 0 s")
     if rate is None:
         return
-    if not (math.isfinite(rate) and rate > 0):
-        raise InputError("must be a frequency above 0 Hz", path="rate", value=str(rate))
+    _check_positive("rate", rate, "a frequency above 0 Hz")
     if not 2 <= _count(rate, end) <= most_points:
         why = f"gives {_count(rate, end)} samples for {end:g} s, and 2 to {most_points} are allowed"
         raise InputError(why, path="rate", value=f"{rate:g}")
+
+
+def _check_positive(name: str, value: float, what: str) -> None:
+    if not 0 < value < math.inf:
+        raise InputError(f"must be {what}", path=name, value=str(value))
 
 
 def _refuse_discontinuities(drive: Drive, end: float, peak: float) -> None:
@@ -215,8 +217,7 @@ def ramped(waveform: Waveform, ramp: float) -> Waveform:
     to the error.
     """
     last = len(waveform.times) - 1
-    if not (math.isfinite(ramp) and ramp > 0):
-        raise InputError("must be a time above 0 s", path="ramp", value=str(ramp))
+    _check_positive("ramp", ramp, "a time above 0 s")
     count = max(1, round(ramp * waveform.rate))
     if 2 * count > last:
         why = f"two ramps do not fit into {float(waveform.times[-1]):g} s; take a shorter ramp"

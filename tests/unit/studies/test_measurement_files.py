@@ -147,7 +147,7 @@ def test_points_become_a_file_that_reads_back_to_the_same_numbers(tmp_path):
     ("table", "spread"),
     [
         (TABLE.replace("sd (uN)", "sd (%)"), (1.1, 8.4, 4.8)),
-        (TABLE.replace("sd (uN)", "sd"), "no unit; write 'sd [%]' for one over the value, or 'sd [N]'"),
+        (TABLE.replace("sd (uN)", "sd"), "'sd [N]', or 'sd [%]' for one over the value"),
         (TABLE.replace("force (mN)", "force"), "no unit; write it behind the name: 'force [N]'"),
         (TABLE.replace("(mN)", "(mV)"), "is in 'mV', but a force is needed"),
         (TABLE.replace("(mN)", "(foo)"), "Did you mean 'force (foo)'?"),

@@ -46,37 +46,34 @@ def page(item: Listed) -> str:
 
 
 def _of_model(model: type[Model]) -> list[str]:
-    lines = [(inspect.getdoc(model) or "").replace("``", "'"), ""]
-    lines += _written_as(model)
     formulas = [line for name, text in model.equation.items() for line in formula_lines(name, text)]
-    lines += [part for formula in formulas for part in labelled("equation", formula)]
+    before = [*_written_as(model), *(("equation", formula) for formula in formulas)]
     table = parameters(model)
-    lines += ["", laid_out(table)] if table.rows else labelled("parameters", "none")
-    lines += labelled("both pairs", model.derived_note)
-    lines += labelled("source status", status_text(model.status))
-    lines += labelled("reference", model.reference)
-    name = paper_of(model)
-    if name:
+    facts = [] if table.rows else [("parameters", "none")]
+    facts += [("both pairs", model.derived_note), ("source status", status_text(model.status))]
+    facts.append(("reference", model.reference))
+    if name := paper_of(model):
         module = papers()[name]
-        lines += labelled("paper", name)
-        lines += _labelled(claims(module).items())
-        lines += _disagreements(module) + _checks(getattr(module, "CHECKS", ()))
-    return lines + _checks(model.checks) + _beside_the_stress_in_the_gap(model)
-
-
-def _written_as(model: type[Model]) -> list[str]:
-    """Show how a scenario file names a member of a family, and from which class a model of one's own is derived."""
-    family, found = next(
-        ((family, place) for family, place in items.places().items() if issubclass(model, family)), (None, "")
-    )
-    if family is None or not found or not model.is_member:
-        return []
+        facts += [("paper", name), *claims(module).items(), *_disagreements(module)]
+        facts += _checks(getattr(module, "CHECKS", ()))
     return [
-        *labelled("in a scenario", f'{found} = {{ model = "{model.__name__}", ... }}'),
-        *labelled(
-            "own model", f"a subclass of {family.__name__}: from {family.__module__} import {family.__name__}"
-        ),
+        (inspect.getdoc(model) or "").replace("``", "'"),
+        "",
+        *_labelled(before),
+        *(["", laid_out(table)] if table.rows else []),
+        *_labelled([*facts, *_checks(model.checks)]),
+        *_beside_the_stress_in_the_gap(model),
     ]
+
+
+def _written_as(model: type[Model]) -> Iterator[tuple[str, str]]:
+    """Show how a scenario file names a member of a family, and from which class a model of one's own is derived."""
+    for family, place in items.places().items():
+        if model.is_member and issubclass(model, family):
+            yield "in a scenario", f'{place} = {{ model = "{model.__name__}", ... }}'
+            named = f"from {family.__module__} import {family.__name__}"
+            yield "own model", f"a subclass of {family.__name__}: {named}"
+            return
 
 
 def _beside_the_stress_in_the_gap(model: type[Model]) -> list[str]:
@@ -99,15 +96,12 @@ def _beside_the_stress_in_the_gap(model: type[Model]) -> list[str]:
 
 
 def _of_paper(module: ModuleType, name: str) -> list[str]:
-    lines = [module.CITATION, "", *labelled("source status", status_text(module.STATUS))]
-    lines += _labelled(claims(module).items())
-    lines += labelled("not read", " ".join(getattr(module, "NOT_READ", "").split()))
-    lines += _labelled(ready_made(module, name))
-    table = values(module)
-    if table:
-        lines += ["", laid_out(table)]
-    checks = getattr(module, "CHECKS", ())
-    return [*lines, *_disagreements(module), *labelled("checked", counted(checks)), *_checks(checks)]
+    facts = [("source status", status_text(module.STATUS)), *claims(module).items()]
+    facts += [("not read", items.plain_text(getattr(module, "NOT_READ", ""))), *ready_made(module, name)]
+    table, checks = values(module), getattr(module, "CHECKS", ())
+    after = [*_disagreements(module), ("checked", counted(checks)), *_checks(checks)]
+    shown = ["", laid_out(table)] if table else []
+    return [module.CITATION, "", *_labelled(facts), *shown, *_labelled(after)]
 
 
 def _of_scenario(scenario: Scenario, item: Listed) -> list[str]:
@@ -171,19 +165,17 @@ def labelled(label: str, text: str, width: int = _LABEL) -> list[str]:
     return [f"{label if place == 0 else '':<{width}}{part}" for place, part in enumerate(parts)]
 
 
-def _disagreements(module: Any) -> list[str]:
-    return [line for text in getattr(module, "DEFECTS", ()) for line in labelled("disagrees", text)]
+def _disagreements(module: Any) -> list[tuple[str, str]]:
+    return [("disagrees", text) for text in getattr(module, "DEFECTS", ())]
 
 
-def _checks(checks: Iterable[Check]) -> list[str]:
+def _checks(checks: Iterable[Check]) -> list[tuple[str, str]]:
     return [
-        line
-        for check in checks
-        for line in labelled(
+        (
             "check",
-            f"{check.name}: {check.expect:g} within {100 * check.rtol:.2g} %"
-            f" ({status_text(check.status)}; {check.source})",
+            f"{each.name}: {each.expect:g} within {100 * each.rtol:.2g} % ({status_text(each.status)}; {each.source})",
         )
+        for each in checks
     ]
 
 

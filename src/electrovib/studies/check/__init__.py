@@ -16,6 +16,7 @@ from electrovib.studies.check.function import declared_limits as declared_limits
 from electrovib.studies.check.function import first_columns as first_columns
 from electrovib.studies.check.function import refuse_demanded as refuse_demanded
 from electrovib.studies.check.function import sampled as sampled
+from electrovib.studies.check.function import several_limits as several_limits
 from electrovib.studies.check.function import with_drive as with_drive
 from electrovib.studies.check.result import NEEDED as NEEDED
 from electrovib.studies.check.result import CheckResult as CheckResult

@@ -158,8 +158,15 @@ def declared_limits(
     scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource] = None
 ) -> dict[str, DeclaredLimit]:
     """Combine the limits of a scenario with further ones."""
-    several = limits if isinstance(limits, Sequence) and not isinstance(limits, str) else [limits]
-    return result.strictest([result.limits_of(scenario), *(result.limits_from(each) for each in several)])
+    further = (result.limits_from(each) for each in several_limits(limits))
+    return result.strictest([result.limits_of(scenario), *further])
+
+
+def several_limits(limits: LimitsSource | Sequence[LimitsSource]) -> tuple[LimitsSource, ...]:
+    """Return limits of one place, or of several, as a sequence of places."""
+    if isinstance(limits, Sequence) and not isinstance(limits, str):
+        return tuple(limits)
+    return () if limits is None else (limits,)
 
 
 def _name(drive: object) -> str:
@@ -223,7 +230,7 @@ def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:
     if math.isnan(number) and math.isinf(values.largest[threshold.of]):
         number = math.inf
     value = None if math.isnan(number) else number
-    state = result.UNKNOWN if value is None else result.FAIL if value > threshold.value else result.PASS
+    state = result.state_at(value, threshold.value)
     doubtful = threshold.status == UNVERIFIED and state == result.PASS
     what = f"{threshold.statistic} {threshold.of.replace('_', ' ')}"
     return CheckRow(
@@ -311,11 +318,9 @@ def cleared_as_played(
     except InputError as error:
         if not holds(interval):
             raise
-        played = (
-            "no edge is declared, so that they follow each other as steps"
-            if edge is None
-            else f"the declared edge takes {format_quantity(edge, 's', digits=4)}"
-        )
+        played = "no edge is declared, so that they follow each other as steps"
+        if edge is not None:
+            played = f"the declared edge takes {format_quantity(edge, 's', digits=4)}"
         shortest = _smallest(holds, _SHORTEST * interval, interval)
         pole = _two_digits(1 / (2 * math.pi * shortest), math.floor)
         held, takes = (format_quantity(each, "s", digits=4) for each in (interval, shortest))

@@ -171,11 +171,8 @@ class CheckRow:
     @property
     def named(self) -> str:
         """The quantity, and on how much of the contact area it is above its limit, where a law states it."""
-        return (
-            self.quantity
-            if self.area is None
-            else f"{self.quantity} (on {100 * self.area:.3g} % of the area)"
-        )
+        where = "" if self.area is None else f" (on {100 * self.area:.3g} % of the area)"
+        return f"{self.quantity}{where}"
 
     @property
     def forbids(self) -> bool:
@@ -430,7 +427,7 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         state, text = UNKNOWN, f"{words} {reached}; limits.{name} is not declared"
         remedy = f"declare limits.{name}, the largest that your set-up allows" if name in NEEDED else ""
     else:
-        state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
+        state = state_at(value, limit.value)
         word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
         remedy = f"limits.{name} is declared, and the largest value is not known" if state == UNKNOWN else ""
         text = f"{words} {reached}, {word} {format_quantity(limit.value, unit, digits=6)}: {limit.source}"
@@ -444,6 +441,11 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         text=text,
         remedy=remedy,
     )
+
+
+def state_at(value: float | None, limit: float) -> str:
+    """Return the state of a value beside its limit; one at exactly the limit passes."""
+    return UNKNOWN if value is None else PASS if value <= limit else FAIL
 
 
 def breakdown_row(found: Diagnostic) -> CheckRow:

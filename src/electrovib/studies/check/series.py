@@ -17,7 +17,7 @@ from electrovib.physics import safety
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.function import checked_values, declared_limits
-from electrovib.studies.check.result import LimitsSource, shown
+from electrovib.studies.check.result import DeclaredLimit, LimitsSource, shown
 
 _LARGEST, _THROUGH = "largest voltage", "largest current through the finger"
 _PRESENT = "present series resistance"
@@ -134,13 +134,11 @@ def series_resistor(
             "a series resistor needs the largest current through the finger: declare limits.body_current, for instance"
             ' limits = { body_current = "250 uA" }'
         )
-    if "voltage" in declared:
-        voltage, whose = declared["voltage"].value, declared["voltage"].source
-    else:
-        voltage, whose = (
-            checked_values(found).largest["voltage"],
-            "the largest voltage of the drive; limits.voltage is not declared",
-        )
+    own = "the largest voltage of the drive; limits.voltage is not declared"
+    supply = declared.get("voltage") or DeclaredLimit(
+        "voltage", checked_values(found).largest["voltage"], own
+    )
+    voltage = supply.value
     if not math.isfinite(voltage):
         raise InputError("the largest voltage is not known; declare limits.voltage")
     resistance = safety.smallest_series_resistance(voltage=voltage, current=holding.value)
@@ -148,7 +146,7 @@ def series_resistor(
     present = found.circuit.source_resistance
     return SeriesResistor(
         voltage=voltage,
-        voltage_source=whose,
+        voltage_source=supply.source,
         current=holding.value,
         current_source=holding.source,
         resistance=resistance,

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.answer import Curve, Panel
+from electrovib.core.answer import Curve, Panel, as_sentence
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, NotCausalError
+from electrovib.core.errors import InputError, NotCausalError, computed_or_refused, in_short
 from electrovib.core.mistakes import near_members
 from electrovib.core.paths import quantity_at, words_at
 from electrovib.core.units import format_quantity
@@ -84,57 +84,49 @@ def compare(
     ['MaxwellStressInGap: 386.5 mN', 'MaxwellStressInInsulator: 99.1 mN']
     """
     given = read_scenario(scenario, changes=set)
-    return _compared(given, models, parse_over(given, over))
-
-
-def _compared(
-    scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Real]
-) -> result.Comparison:
-    if scenario.drive.quantity == "current":
-        raise InputError(
-            f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
-            " current. Take a drive in volts, for instance Sine"
-        )
-    voltage = min(scenario.drive.largest(), scenario.circuit.supply.largest_input)
-    if voltage == 0:
-        raise InputError(
-            f"drive = {type(scenario.drive).__name__}: it stays at 0 V, where every law gives 0 N; set a voltage"
-        )
-    scenario = scenario.replace(_left_out(scenario))
-    cases, left_out = _cases(scenario, models)
-    frequency = scenario.frequency.frequencies()
+    varied, voltage = parse_over(given, over), _voltage(given)
+    given = given.replace(_left_out(given))
+    cases, left_out = _cases(given, models)
+    frequency = given.frequency.frequencies()
     time = np.unique(np.concatenate([[0.0, EARLY], np.geomspace(1e-6, STEP, 400)]))
-    entries = []
+    found: dict[str, result.Entry] = {}
     if cases:
-        bench = _Bench(scenario, voltage, frequency, time)
-        for name, case in cases.items():
-            try:
-                entries.append(bench.entry(name, case))
-            except ElectrovibError as error:
-                left_out[name] = str(error)
-    if not entries:
+        found, refused = computed_or_refused(cases, _Bench(given, voltage, frequency, time).entry)
+        left_out |= refused
+    if not found:
         raise InputError(f"no law can be compared here. {name}: {why}" for name, why in left_out.items())
-    entries.sort(key=lambda entry: -entry.static)
-    panels = [
-        over_frequency(entries, frequency=frequency, voltage=voltage),
-        over_time(entries, time=time, voltage=voltage),
-    ]
+    entries = sorted(found.values(), key=lambda entry: -entry.static)
     ordered = {entry.name: cases[entry.name] for entry in entries}
-    panels += [
-        over_parameter(scenario, ordered, path, values=np.asarray(values)) for path, values in over.items()
-    ]
     return result.Comparison(
-        scenario=scenario,
+        scenario=given,
         voltage=voltage,
         entries=tuple(entries),
-        headline=result.headline(scenario, entries, voltage=voltage),
+        headline=result.headline(given, entries, voltage=voltage),
         left_out=left_out,
         frequency=frequency,
         time=time,
-        tables=result.tables(entries, left_out, scenario),
-        panels=tuple(panels),
-        pages=result.pages(scenario, entries),
+        tables=result.tables(entries, left_out, given),
+        panels=(
+            over_frequency(entries, frequency=frequency, voltage=voltage),
+            over_time(entries, time=time, voltage=voltage),
+            *(over_parameter(given, ordered, path, values=values) for path, values in varied.items()),
+        ),
+        pages=result.pages(given, entries),
     )
+
+
+def _voltage(scenario: Scenario) -> float:
+    """Return the peak voltage at which laws are compared [V]."""
+    named = f"drive = {type(scenario.drive).__name__}"
+    if scenario.drive.quantity == "current":
+        raise InputError(
+            f"{named}: laws are compared at one voltage, and this drive prescribes the current. Take a drive in volts, for"
+            " instance Sine"
+        )
+    voltage = min(scenario.drive.largest(), scenario.circuit.supply.largest_input)
+    if voltage == 0:
+        raise InputError(f"{named}: it stays at 0 V, where every law gives 0 N; set a voltage")
+    return voltage
 
 
 def _left_out(scenario: Scenario) -> dict[str, Any]:
@@ -157,21 +149,15 @@ def _cases(scenario: Scenario, models: Sequence[str] | None) -> tuple[dict[str, 
         raise InputError(
             f"--models: '{name}' is not a force law.{near_members(ForceLaw, name)}" for name in unknown
         )
-    cases: dict[str, Scenario] = {}
-    left_out: dict[str, str] = {}
-    for name in models or laws:
-        if name == type(scenario.force).__name__:
-            cases[name] = scenario
-            continue
-        try:
-            cases[name] = _under(scenario, name)
-        except InputError as error:
-            left_out[name] = "; ".join(each if each.path else each.reason for each in error.problems)
-    return cases, left_out
+    return computed_or_refused(
+        dict.fromkeys(models or laws, scenario), lambda name, own: _under(own, name), reason=in_short
+    )
 
 
 def _under(scenario: Scenario, law: str) -> Scenario:
-    """Return a scenario with another law, which takes the declared gap where a rough contact was solved for its gaps."""
+    """Return a scenario with a law; another one takes the declared gap where a rough contact was solved for its gaps."""
+    if law == type(scenario.force).__name__:
+        return scenario
     changes: dict[str, Any] = {"force": {"model": law}}
     if isinstance(scenario.contact.surface, RoughContact):
         changes["contact.surface"] = None
@@ -263,12 +249,11 @@ def over_frequency(entries: Sequence[result.Entry], *, frequency: Real, voltage:
 
 def over_time(entries: Sequence[result.Entry], *, time: Real, voltage: float) -> Panel:
     """Return the figure of the response of each law that has one to a step of the height `voltage`."""
+    stepped = {look: entry for look, entry in enumerate(entries) if len(entry.step)}
+    heights = (np.maximum(entry.step[1:], np.max(entry.step) * 1e-6) for entry in stepped.values())
     curves = [
-        Curve(
-            label=entry.name, x=time[1:], y=np.maximum(entry.step[1:], np.max(entry.step) * 1e-6), look=look
-        )
-        for look, entry in enumerate(entries)
-        if len(entry.step)
+        Curve(label=entry.name, x=time[1:], y=y, look=look)
+        for (look, entry), y in zip(stepped.items(), heights, strict=True)
     ]
     caption = (
         f"After a step to {format_quantity(voltage, 'V')} from rest. The laws differ in time, not only in size: where a"
@@ -288,20 +273,16 @@ def over_parameter(scenario: Scenario, cases: Mapping[str, Scenario], path: str,
     quantity = quantity_at(scenario, path)
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
-        varied = [_with(case, path, float(value)) for value in values]
-        voltages = [min(one.drive.largest(), one.circuit.supply.largest_input) for one in varied]
-        forces = np.array(
-            [static_force(one, voltage=each) for one, each in zip(varied, voltages, strict=True)]
-        )
+        changed = [_with(case, path, float(value)) for value in values]
+        varied = [(one, min(one.drive.largest(), one.circuit.supply.largest_input)) for one in changed]
+        forces = np.array([static_force(one, voltage=voltage) for one, voltage in varied])
         curves.append(Curve(label=name, x=values, y=forces, look=look))
         if case.force.evaluation_surface == "gap":
-            broken = np.array(
-                [bool(air_breaks_down(one, voltage=each)) for one, each in zip(varied, voltages, strict=True)]
-            )
+            broken = np.array([bool(air_breaks_down(one, voltage=voltage)) for one, voltage in varied])
             label = f"{name}: air breaks down"
             if any(broken):
                 marks.append(Curve(label=label, x=values[broken], y=forces[broken], kind="points", look=look))
-    said = f"At the peak voltage of the drive, nothing conducting. {quantity.doc[:1].upper()}{quantity.doc[1:].rstrip('.')}."
+    said = f"At the peak voltage of the drive, nothing conducting. {as_sentence(quantity.doc)}"
     if marks:
         said += " Points: there the air of the gap breaks down, so this force would not be measured."
     return Panel(

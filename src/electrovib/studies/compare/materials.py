@@ -15,7 +15,7 @@ from electrovib.core.answer import Answer, Document, Drawing, Table
 from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import STATES, Diagnostic, diagnostics_of
-from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
+from electrovib.core.errors import ElectrovibError, InputError, computed_or_refused, gathered, nearest, refuse
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
@@ -142,25 +142,25 @@ def compare_materials(
     """
     given = read_scenario(scenario)
     chosen = layer_of_plate(given, layer)
-    entries, left_out, cases = [], dict[str, str](), dict[str, Scenario]()
     wanted = known_materials() if materials is None else dict.fromkeys(materials)
     if not wanted:
         raise InputError(f"no material is named; known: {', '.join(known_materials())}")
-    for name, material in {AS_IT_IS: "", **named_materials(wanted)}.items():
-        try:
-            cases[name] = with_material(given, chosen, material) if material else given
-            entries.append(_entry(name, cases[name], chosen))
-        except ElectrovibError as error:
-            left_out[name] = str(error)
-    if not entries:
+
+    def run(name: str, material: str) -> tuple[Scenario, MaterialEntry]:
+        case = with_material(given, chosen, material) if material else given
+        return case, _entry(name, case, chosen)
+
+    found, left_out = computed_or_refused({AS_IT_IS: "", **named_materials(wanted)}, run)
+    if not found:
         raise InputError(f"no material can be compared here. {name}: {why}" for name, why in left_out.items())
     coatings: tuple[Coating, ...] = ()
     if materials is not None and len(wanted) <= MOST:
-        compared = {name: case for name, case in cases.items() if name not in {AS_IT_IS, *left_out}}
+        compared = {name: case for name, (case, _) in found.items() if name != AS_IT_IS}
         try:
             coatings = coatings_of(compared, chosen)
         except ElectrovibError as error:  # such as a stack without skin, in which people do not differ
             left_out[OF_PEOPLE] = str(error)
+    entries = [entry for _, entry in found.values()]
     entries.sort(key=lambda entry: (entry.name != AS_IT_IS, -entry.force))
     return MaterialComparison(
         scenario=given,
@@ -221,27 +221,29 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
     trace = simulate(scenario)
     title = f"{FILM}, {layer}"
     diagnostics = {each.name: each for each in diagnostics_of(trace)}
-    rows = [breakdown_row(diagnostics[each]) for each in (title, title + GAP_CLOSED) if each in diagnostics]
-    first = rows[0] if rows else None
-    worst = max(
-        (diagnostics[row.quantity] for row in rows), key=lambda each: STATES.index(each.state), default=None
-    )
-    margins = [math.nan if row.margin is None else row.margin for row in rows]
+    films = [diagnostics[each] for each in (title, title + GAP_CLOSED) if each in diagnostics]
+    films = films or [Diagnostic(title, "unknown", "")]
+    worst = max(films, key=lambda each: STATES.index(each.state))
+    margins = [breakdown_row(each).margin for each in films]
     conductivity = material.conductivity
     return MaterialEntry(
         name=name,
         permittivity=permittivity,
         relaxation_time=eps0 * permittivity / conductivity if conductivity else math.inf,
         force=float(np.nanmax(trace.electrostatic_force.values)),
-        field=math.nan if first is None or first.value is None else first.value,
-        strength=math.nan if first is None or first.limit is None else first.limit,
-        margin=margins[0] if margins else math.nan,
-        closed_margin=margins[-1] if margins else math.nan,
-        breakdown="unknown" if worst is None else worst.state,
+        field=_or_nan(films[0].value),
+        strength=_or_nan(films[0].limit),
+        margin=_or_nan(margins[0]),
+        closed_margin=_or_nan(margins[-1]),
+        breakdown=worst.state,
         status=_status(scenario, layer),
-        why="" if worst is None else worst.text,
+        why=worst.text,
         caution=diagnostics[SETTLED_CHARGE].text if SETTLED_CHARGE in diagnostics else "",
     )
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def _status(scenario: Scenario, layer: str) -> str:

@@ -194,34 +194,29 @@ def _whose(text: str, entries: Sequence[Entry]) -> str:
 
 def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
     """Explain why the laws differ on this stack, and list where papers contradict themselves or each other."""
-    said = [*_in_size(entries), _in_time(entries), _leak(scenario), _polarity(scenario, entries)]
+    said = [_in_size(entries), _in_time(entries), _leak(scenario), _polarity(scenario, entries)]
     found = [Page("Why they differ", (*said, *(f"{entry.name}: {entry.why}." for entry in entries)))]
     laws = find_members(ForceLaw)
     own = {paper_of(laws[entry.name]) for entry in entries}
-    defects: dict[bool, list[str]] = {True: [], False: []}
-    for name, module in papers().items():
-        defects[name in own] += getattr(module, "DEFECTS", ())
-    if defects[True]:
-        found.append(
-            Page("Where the papers of these laws contradict themselves or others", tuple(defects[True]))
-        )
-    if defects[False]:
-        found.append(Page("Where other papers contradict each other", tuple(defects[False])))
+    titles = {
+        True: "Where the papers of these laws contradict themselves or others",
+        False: "Where other papers contradict each other",
+    }
+    for is_own, title in titles.items():
+        some = (module for name, module in papers().items() if (name in own) == is_own)
+        defects = tuple(text for module in some for text in getattr(module, "DEFECTS", ()))
+        found += [Page(title, defects)] if defects else []
     return tuple(found)
 
 
-def _in_size(entries: Sequence[Entry]) -> tuple[str, ...]:
+def _in_size(entries: Sequence[Entry]) -> str:
     largest, smallest = entries[0], entries[-1]
-    common = (
+    factor = format_quantity(largest.static / smallest.static, "1", digits=4)
+    differ = f"; here the laws differ by a factor of {factor}, from {largest.name} to {smallest.name}"
+    return (
         "All static laws follow from one electric displacement, divided by the permittivity of the medium in which each"
         " evaluates the Maxwell stress. Finger and plate can separate only in the gap, so the stress in the gap is the"
-        " physical one"
-    )
-    if len(entries) == 1:
-        return (f"{common}.",)
-    factor = format_quantity(largest.static / smallest.static, "1", digits=4)
-    return (
-        f"{common}; here the laws differ by a factor of {factor}, from {largest.name} to {smallest.name}.",
+        f" physical one{differ * (len(entries) > 1)}."
     )
 
 

@@ -25,16 +25,6 @@ _NEAR: Final = 0.01
 """Relative distance below which two values are not both compared with the limits."""
 
 
-def several_limits(
-    limits: check.LimitsSource | Sequence[check.LimitsSource], scenario: Scenario
-) -> tuple[check.LimitsSource, ...]:
-    """Return further limits, of one place or several, as a sequence of places; a mistake in them is reported."""
-    if isinstance(limits, str) or not isinstance(limits, Sequence):
-        limits = [] if limits is None else [limits]
-    check.declared_limits(scenario, limits)
-    return tuple(limits)
-
-
 @dataclass(frozen=True)
 class Obtainable:
     """The value of the quantity nearest to the wanted one that no limit forbids.
@@ -51,33 +41,23 @@ class Limited:
     """The limits as a function of the free parameter, of one experiment or several, each checked once at a value."""
 
     def __init__(self, *checks: Callable[[float], check.CheckResult]) -> None:
-        self._checks = checks
-        self._order = list(range(len(checks)))
-        self._known: dict[tuple[int, float], check.CheckResult | None] = {}
-        self._problems: dict[float, str] = {}
+        self._checks = [functools.cache(functools.partial(_made, each)) for each in checks]
+        self._first_asked = list(self._checks)
 
-    def _of(self, place: int, at: float) -> check.CheckResult | None:
-        if (place, at) not in self._known:
-            try:
-                self._known[place, at] = self._checks[place](at)
-            except ElectrovibError as error:
-                self._known[place, at], self._problems[at] = None, str(error.problems[0])
-        return self._known[place, at]
+    def _known(self, at: float) -> list[check.CheckResult]:
+        return [each for one in self._checks if not isinstance(each := one(at), str)]
 
     def __call__(self, at: float) -> check.CheckResult | None:
         """Return the check that comes nearest to a limit, or exceeds it most; None where one cannot be made."""
-        found = [self._of(place, at) for place in range(len(self._checks))]
-        known = [each for each in found if each is not None]
-        return max(known, key=_nearness) if len(known) == len(found) else None
+        return None if self.problem(at) else max(self._known(at), key=_nearness)
 
     def problem(self, at: float) -> str:
-        """Return why a check cannot be made; empty where all could be."""
-        return self._problems.get(at, "")
+        """Return why a check cannot be made; empty where all can be."""
+        return next((each for one in self._checks if isinstance(each := one(at), str)), "")
 
     def rows(self, at: float) -> list[check.CheckRow]:
         """Return the rows of all checks that can be made."""
-        found = (self._of(place, at) for place in range(len(self._checks)))
-        return [row for each in found if each is not None for row in each.rows]
+        return [row for each in self._known(at) for row in each.rows]
 
     def failed(self, at: float) -> tuple[check.CheckRow, ...]:
         """Return the limits that are exceeded; empty also where the check cannot be made."""
@@ -85,11 +65,11 @@ class Limited:
 
     def allows(self, at: float) -> bool:
         """Return whether all checks can be made and no limit is exceeded."""
-        for place in self._order:
-            result = self._of(place, at)
-            if result is None or result.forbidding:  # this one is asked first from now on
-                self._order.remove(place)
-                self._order.insert(0, place)
+        for one in self._first_asked:
+            result = one(at)
+            if isinstance(result, str) or result.forbidding:  # this one is asked first from now on
+                self._first_asked.remove(one)
+                self._first_asked.insert(0, one)
                 return False
         return True
 
@@ -99,6 +79,14 @@ class Limited:
             raise CannotBeComputedError
         largest = max((_share(row) for row in self.rows(at) if row.quantity in names), default=0.0)
         return math.log(max(min(largest, 1e300), 1e-300)) if largest > 0 else -700.0
+
+
+def _made(compare: Callable[[float], check.CheckResult], at: float) -> check.CheckResult | str:
+    """Return a check, or why it cannot be made."""
+    try:
+        return compare(at)
+    except ElectrovibError as error:
+        return str(error.problems[0])
 
 
 def obtainable(function: Function, limited: Limited, target: float, begin: float) -> Obtainable | None:
@@ -192,7 +180,8 @@ class Bounds:
     @classmethod
     def of(cls, scenario: Scenario, limits: check.LimitsSource | Sequence[check.LimitsSource]) -> Bounds:
         """Return the strictest limits of a scenario, of its amplifier and of further places."""
-        several = [*several_limits(limits, scenario), check.LimitsFrom(PLACE, own_limits(scenario))]
+        own = {"voltage": "its saturation", "current": "the largest that it supplies"}
+        several = [*check.several_limits(limits), check.LimitsFrom(PLACE, own_limits(scenario), own)]
         return cls(check.declared_limits(scenario, several), scenario.circuit.supply.largest_input)
 
     def value(self, name: str) -> float | None:

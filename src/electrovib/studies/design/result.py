@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table, as_sentence
 from electrovib.core.deprecation import former_attribute
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.paths import words_at
-from electrovib.core.units import format_quantity
 from electrovib.data.atomic import Form, json_text, plain, unsigned
 from electrovib.scenario import Scenario
 from electrovib.scenario.toml import to_toml
@@ -31,12 +30,14 @@ from electrovib.studies.widths import Width, sentences
 class Designed(Answer):
     """Result of a design; `limits` are the further ones that were given, which hold for all that is written of it too.
 
-    `widths` say by what a value is uncertain that depends on people: see `electrovib.studies.widths`.
+    `widths` say by what a value is uncertain that depends on people: see `electrovib.studies.widths`; `check` compares the result
+    with the limits.
     """
 
     FILES: ClassVar[Mapping[str, str | None]] = {"design.json": Form.DESIGN, "scenario.toml": Form.SCENARIO}
     limits: tuple[LimitsSource, ...] = ()
     widths: tuple[Width, ...] = ()
+    check: CheckResult | None = None
     form: ClassVar[str]
     """What was sought, as a file of all numbers names it."""
     answer = former_attribute("answer", "document.sentences", lambda self: " ".join(self.document.sentences))
@@ -55,14 +56,19 @@ class Designed(Answer):
         """Scenario with the result in it, which can be simulated; None if there is none."""
 
     @property
-    @abstractmethod
-    def is_achieved(self) -> bool:
-        """Whether the result gives what is wanted, within the limits."""
+    def failed(self) -> tuple[CheckRow, ...]:
+        """Limits that the result exceeds."""
+        return () if self.check is None else self.check.forbidding
 
     @property
-    @abstractmethod
+    def is_achieved(self) -> bool:
+        """Whether the result gives what is wanted, within the limits."""
+        return self.check is not None and not self.failed
+
+    @property
     def diagnostics(self) -> Sequence[Diagnostic]:
         """Diagnostics of that scenario beyond those that the comparison with the limits states."""
+        return () if self.check is None else self.check.diagnostics
 
     @abstractmethod
     def numbers(self) -> dict[str, Any]:
@@ -367,20 +373,19 @@ def _limits(found: DesignedParameter) -> list[str]:
         lines.append(f"Nearest limit: {row.text} ({1 / (row.margin or math.inf):.3g} of that limit).")
     open_ones = [row for row in rows if row.state == UNKNOWN and row.limit is not None and not row.remedy]
     lines += [f"Not judged: {row.text}." for row in open_ones]
-    return [*lines, *(f"{each[0].upper()}{each[1:]}." for each in not_shown(rows))]
+    return [*lines, *map(as_sentence, not_shown(rows))]
 
 
 def _influences(found: DesignedParameter) -> list[str]:
-    listed = [each for each in found.influences if abs(each.value) >= _NEGLIGIBLE][:_MOST_INFLUENCES]
-    if not listed:
-        return []
-    words = ", ".join(
-        f"{each.path} ({format_quantity(each.at, each.unit, digits=4)}) {each.value:+.2g}" for each in listed
-    )
+    listed = [f"{each.path} ({each.shown}) {each.value:+.2g}" for each in _notable(found)[:_MOST_INFLUENCES]]
     return [
         f"Elasticities of {found.wanted.free} (its relative change over that of the parameter, for the same"
-        f" {found.wanted.name}): {words}."
-    ]
+        f" {found.wanted.name}): {', '.join(listed)}."
+    ] * bool(listed)
+
+
+def _notable(found: DesignedParameter) -> list[Elasticity]:
+    return [each for each in found.influences if abs(each.value) >= _NEGLIGIBLE]
 
 
 def _how(found: DesignedParameter) -> list[str]:
@@ -406,21 +411,17 @@ def _how(found: DesignedParameter) -> list[str]:
 
 def _tables(found: DesignedParameter) -> list[Table]:
     wanted = found.wanted
-    solutions = tuple(
-        (
-            wanted.parameter(each.value)
-            + ("" if each.root.until is None else f" to {wanted.parameter(each.root.until)}"),
-            wanted.quantity(each.root.reached),
-            "; ".join(row.text for row in each.failed) or "no limit exceeded",
-        )
-        for each in found.solutions
-    )
-    influences = tuple(
-        (each.path, format_quantity(each.at, each.unit, digits=4), f"{each.value:+.3g}")
-        for each in found.influences
-        if abs(each.value) >= _NEGLIGIBLE
-    )
+    solution: dict[str, Callable[[FoundValue], str]] = {
+        wanted.free: lambda each: _span(found, each).removeprefix("any value from "),
+        wanted.name: lambda each: wanted.quantity(each.root.reached),
+        "limits": lambda each: "; ".join(row.text for row in each.failed) or "no limit exceeded",
+    }
+    influence: dict[str, Callable[[Elasticity], str]] = {
+        "parameter": lambda each: each.path,
+        "value": lambda each: each.shown,
+        "elasticity": lambda each: f"{each.value:+.3g}",
+    }
     return [
-        Table(f"Values of {wanted.free}", (wanted.free, wanted.name, "limits"), solutions),
-        Table(f"Elasticities of {wanted.free}", ("parameter", "value", "elasticity"), influences),
+        Table.of(f"Values of {wanted.free}", found.solutions, solution),
+        Table.of(f"Elasticities of {wanted.free}", _notable(found), influence),
     ]

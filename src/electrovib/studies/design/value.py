@@ -11,19 +11,19 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.paths import value_at
 from electrovib.core.tables import stored_changes
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.choice import chosen
 from electrovib.solve.effort import counted, last_time
 from electrovib.solve.meter import Meter, measured
-from electrovib.studies.check import LimitsSource, checked
+from electrovib.studies.check import LimitsSource, checked, declared_limits, several_limits
 from electrovib.studies.check.result import not_in_rows
 from electrovib.studies.design import search
-from electrovib.studies.design.limits import Limited, Sampled, obtainable, several_limits, widths_of
+from electrovib.studies.design.limits import Limited, Sampled, obtainable, widths_of
 from electrovib.studies.design.result import DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.wanted import Evaluation, FreeSource, Wanted, WantSource, read_wanted
-from electrovib.studies.sensitivity import Elasticity, slope
+from electrovib.studies.sensitivity import Elasticity, elasticities, slope
 from electrovib.studies.widths import LEVEL, ONE_FINGER, Width
 
 _CONSTANT: Final = 1e-12
@@ -92,7 +92,8 @@ def find_value(
     """
     base = read_scenario(scenario, changes=set)
     wanted = read_wanted(base, want=want, free=free)
-    given = several_limits(limits, base)
+    given = several_limits(limits)
+    declared_limits(base, given)  # a mistake is reported at once
     most_added, most_between = (_FEW_ADDED, _FEW_ADDED) if is_long(base) else (search.MOST_ADDED, _BETWEEN)
     evaluation = Evaluation(base, wanted, (wanted.free,))
     function = _explored(evaluation, sparse=most_added == _FEW_ADDED, most=most_added, progress=progress)
@@ -172,20 +173,20 @@ def _explored(
     searched = search.Function(compute)
     search.explore(searched, values, most_added=most)
     points = searched.known
-    reach = f"at {{}} value from {wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
     if not points:
         judged = (each.text for each in _diagnostics(evaluation, wanted.begin))
         why = next(iter((*searched.refused.values(), *judged)), "its signal is not known")
-        raise InputError(f"{wanted.name} is not known {reach.format('any')}: {why}", path=wanted.free)
+        reach = f"{wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
+        raise InputError(f"{wanted.name} is not known at any value from {reach}: {why}", path=wanted.free)
     reached = [value for _, value in points]
     noise = max(_CONSTANT * max(map(abs, reached)), _FLAT_LEVEL if wanted.unit == "dB" else 0.0)
     if len(points) > 1 and max(reached) - min(reached) <= noise:
-        low, high = wanted.parameter(points[0][0]), wanted.parameter(points[-1][0])
-        raise InputError(
-            f"{wanted.name} does not depend on it: it is {wanted.quantity(reached[0])} at every value from"
-            f" {low} to {high}; choose another parameter",
-            path=wanted.free,
+        same, reach = (
+            wanted.quantity(reached[0]),
+            " to ".join(wanted.parameter(points[i][0]) for i in (0, -1)),
         )
+        why = f"{wanted.name} does not depend on it: it is {same} at every value from {reach}; choose another parameter"
+        raise InputError(why, path=wanted.free)
     return searched
 
 
@@ -210,13 +211,9 @@ def _influences(scenario: Scenario, wanted: Wanted, value: float) -> tuple[Elast
     own = slope(evaluation, numbers, wanted.free)
     if not math.isfinite(own) or abs(own) <= 1e-9 * abs(wanted.value):
         return ()
-    slopes = {path: slope(evaluation, numbers, path) for path in paths}
-    found = [
-        Elasticity(path=path, at=numbers[path], unit=quantity_at(at, path).unit, value=-each / own + 0.0)
-        for path, each in slopes.items()
-        if math.isfinite(each)
-    ]
-    return tuple(sorted(found, key=lambda each: -abs(each.value)))
+    found = elasticities(at, evaluation, numbers, paths, per=-own)
+    known = (each for each in found if math.isfinite(each.value))
+    return tuple(sorted(known, key=lambda each: -abs(each.value)))
 
 
 def _inputs(scenario: Scenario, free: str) -> tuple[str, ...]:

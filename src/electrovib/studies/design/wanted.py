@@ -100,11 +100,7 @@ def read_wanted(scenario: Scenario, *, want: WantSource, free: FreeSource, bande
         asked = read_quantities(scenario, [statistic])
         (statistic, (unit, _)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
         name = statistic if at is None else f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
-        ends = (
-            _band(value, unit, f"want: {name}")
-            if banded
-            else (read_number(value, unit, f"want: {name}"), math.inf)
-        )
+        ends = _band(value, unit, f"want: {name}", banded=banded)
     path, declared, begin, searched = "", None, math.nan, (math.nan, math.nan)
     with gathered(problems):
         path, between = _free(free)
@@ -134,9 +130,9 @@ def _numbers(source: Any, unit: str, path: str) -> list[float]:
     return [read_number(each, unit, path) for each in parts]
 
 
-def _band(value: Any, unit: str, path: str) -> tuple[float, float]:
+def _band(value: Any, unit: str, path: str, *, banded: bool) -> tuple[float, float]:
     """Return the smallest and the largest wanted value; of a single value the largest is infinite."""
-    found = _numbers(value, unit, path)
+    found = _numbers(value, unit, path) if banded else [read_number(value, unit, path)]
     if len(found) == 1:
         return found[0], math.inf
     if len(found) != 2 or not found[0] < found[1]:
@@ -147,18 +143,25 @@ def _band(value: Any, unit: str, path: str) -> tuple[float, float]:
 
 def _parted(want: WantSource, *, banded: bool) -> tuple[str, Any]:
     """Return name and value of what is wanted."""
-    if banded and isinstance(want, str):
-        want = want.replace(">=", "=")
-    if isinstance(want, Mapping) and len(want) == 1:
-        name, value = next(iter(want.items()))
-        return str(name), value
-    if not isinstance(want, str) or want.count("=") != 1 or not all(part.strip() for part in want.split("=")):
-        shown = shortened(want if isinstance(want, str) else repr(want), LONGEST_QUOTED)
-        raise InputError(
-            f"expected one quantity and its value, for instance {_EXAMPLE}", path="want", value=shown
-        )
-    name, _, text = want.partition("=")
-    return " ".join(name.split()), text.strip()
+    why = f"expected one quantity and its value, for instance {_EXAMPLE}"
+    name, value = _pair(want.replace(">=", "=") if banded and isinstance(want, str) else want, "want", why)
+    if not name or value in (None, "") or (isinstance(want, str) and "=" in value):
+        raise InputError(why, path="want", value=_quoted(want))
+    return name, value
+
+
+def _pair(source: Any, option: str, why: str) -> tuple[str, Any]:
+    """Return a name and what belongs to it, of a text ``name = value``, or of a table with one entry; None where nothing does."""
+    if isinstance(source, str):
+        name, sign, value = (part.strip() for part in source.partition("="))
+        return " ".join(name.split()), value if sign else None
+    if isinstance(source, Mapping) and len(source) == 1 and all(isinstance(name, str) for name in source):
+        return next(iter(source.items()))
+    raise InputError(why, path=option, value=_quoted(source))
+
+
+def _quoted(source: Any) -> str:
+    return shortened(source if isinstance(source, str) else repr(source), LONGEST_QUOTED)
 
 
 def _timed(scenario: Scenario, name: str) -> tuple[str, float | None]:
@@ -191,24 +194,17 @@ def read_number(value: Any, unit: str, path: str) -> float:
     except (TypeError, ValueError) as error:
         why = str(error) if isinstance(value, str) else ""
     if isinstance(value, bool) or not math.isfinite(number):
-        shown = shortened(value if isinstance(value, str) else repr(value), LONGEST_QUOTED)
         why = "expected a level in dB, for instance '6 dB'" if unit == "dB" else why or expected(unit)
-        raise InputError(why, path=path, value=shown)
+        raise InputError(why, path=path, value=_quoted(value))
     return number
 
 
 def _free(source: FreeSource) -> tuple[str, str | Sequence[str | float] | None]:
     """Return the path of the free parameter, and the range in which it is sought; None for its own."""
-    if isinstance(source, str):
-        name, sign, ends = (part.strip() for part in source.partition("="))
-        return name, ends if sign else None
-    given: Any = source
-    path, between = (
-        next(iter(given.items())) if isinstance(given, Mapping) and len(given) == 1 else (None, None)
-    )
-    if not isinstance(path, str) or not (between is None or isinstance(between, str | Sequence)):
-        why = "expected the dotted path of one parameter, for instance 'drive.amplitude', or 'drive.amplitude=10V:400V'"
-        raise InputError(why, path="free", value=shortened(repr(source), LONGEST_QUOTED))
+    why = "expected the dotted path of one parameter, for instance 'drive.amplitude', or 'drive.amplitude=10V:400V'"
+    path, between = _pair(source, "free", why)
+    if not isinstance(between, str | Sequence | None):
+        raise InputError(why, path="free", value=_quoted(source))
     return path, between
 
 
@@ -235,8 +231,8 @@ def _ends(between: str | Sequence[str | float], free: str, declared: Quantity) -
         why = f"expected PATH=LOW:HIGH, for instance {free}={low}:{high}"
     elif declared.low <= ends[0] < ends[1] <= declared.high:
         return ends[0], ends[1]
-    shown = shortened(between if isinstance(between, str) else repr(between), LONGEST_QUOTED)
-    raise InputError(f"{why}; {free} allows {declared.range(' to ')}", path="free", value=f"{free}={shown}")
+    allowed = f"{why}; {free} allows {declared.range(' to ')}"
+    raise InputError(allowed, path="free", value=f"{free}={_quoted(between)}")
 
 
 _LEAST: Final = 5.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -172,13 +171,11 @@ def sentence(found: Sequence[Calibrated]) -> str:
     said = f"Calibrated on a part of their set-up, {len(both)} of {len(found)} predictions are possible"
     if not both:
         return f"{said}."
-    factors, widths = (
-        np.median([[number(one) for one in each] for each in both], axis=0)
-        for number in (_factor, operator.attrgetter("width"))
-    )
+    numbers = np.median([[(_factor(one), one.width) for one in each] for each in both], axis=0)
+    (factor, width), (factor_after, width_after) = numbers
     return (
-        f"{said}; medians of their typical factor {factors[0]:.3g} before and {factors[1]:.3g} after, of their width"
-        f" {widths[0]:.2g} decades before and {widths[1]:.2g} after."
+        f"{said}; medians of their typical factor {factor:.3g} before and {factor_after:.3g} after, of their width"
+        f" {width:.2g} decades before and {width_after:.2g} after."
     )
 
 

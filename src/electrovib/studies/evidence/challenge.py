@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from electrovib.core.answer import Table
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, gathered, nearest, refuse
+from electrovib.core.errors import ElectrovibError, InputError, gathered, in_short, nearest, refuse
 from electrovib.core.mistakes import near_members, read_entries, shown
 from electrovib.core.own_models import family_of
 from electrovib.core.parsing import read_toml_file
@@ -209,15 +208,16 @@ def _check_law(found: Submission, measured: Measurement) -> None:
 
 def _of_made(made: list[str], groups: set[str]) -> list[str]:
     """Say which groups cannot have made a law: those that judge it, and those that nobody knows."""
-    held_out = set(split().held_out)
-    return [
+    known = split().held_out
+    held_out = [
         f"made_from: '{group}' is held out, so that its numbers judge every submission; a law or prior made from them is no"
         " prediction: make it from public groups, or from what is not in the data"
-        if group in held_out
-        else f"made_from: no group of the measured data is called '{group}'.{nearest(group, groups)}"
         for group in made
-        if group in held_out or group not in groups
+        if group in known
     ]
+    unknown = [group for group in made if group not in groups.union(known)]
+    nobody = "made_from: no group of the measured data is called"
+    return held_out + [f"{nobody} '{group}'.{nearest(group, groups)}" for group in unknown]
 
 
 def _of_priors(found: Submission, measured: Mapping[str, Measurement]) -> list[str]:
@@ -265,14 +265,14 @@ def submitted(
     found: Submission, name: str, measured: Measurement, *, n: int, seed: int
 ) -> tuple[predicted.ModelPrediction | None, str]:
     """Compute what a submission predicts of a measurement, or the reason why it cannot."""
-    if measured.group in found.stated.made_from or found.model in measured.made:
+    if measured.group in found.stated.made_from:
         return None, "it was made from these numbers"
     try:
         own = found.applied(name, measured)
         one = predicted.prediction(own, found.model, dict(found.stated.law), n=n, seed=seed)
     except ElectrovibError as error:
-        return None, predicted.reason_of(error)
-    return predicted.ModelPrediction(found.name, one.values, one.narrow, one.wide), ""
+        return None, in_short(error)
+    return replace(one, model=found.name), ""
 
 
 def refuse_idle(
@@ -308,7 +308,7 @@ def sentences(found: Submission, sides: Mapping[str, list[CommonSet]]) -> list[s
             said.append(f"{which}: it predicts none of them{' and has no rank' * (side == HELD_OUT)}.")
             continue
         shown = shown_first(sets)
-        row = dict(zip(HEADINGS, _row(found, side, shown), strict=True))
+        row = _row(found, side, shown)
         said.append(
             f"{which}, {several(shown.numbers, 'number')} of {several(shown.groups, 'group')}: skill {row['skill']}"
             f" ({row[INTERVAL]}) over '{row['null model']}', width {row['width']} decades, rank {row['rank']}."
@@ -317,40 +317,30 @@ def sentences(found: Submission, sides: Mapping[str, list[CommonSet]]) -> list[s
 
 
 INTERVAL = f"{100 * LEVEL:.0f} % of it"
-HEADINGS = (
-    "side",
-    "numbers",
-    "groups",
-    "skill",
-    INTERVAL,
-    "null model",
-    "width",
-    "within 90 %",
-    "rank",
-    "the best",
-)
 
 
 def table(found: Submission, sides: Mapping[str, list[CommonSet]]) -> Table:
     """List how a submission stands on every common set of each side."""
-    rows = tuple(_row(found, side, each) for side, sets in sides.items() for each in sets)
+    rows = [_row(found, side, each) for side, sets in sides.items() for each in sets]
     title = f"Challenge {split().version}: {found.name}, {found.stated.title} ({found.stated.authors})"
-    return Table(title, HEADINGS, rows, looks=dict.fromkeys((1, 2, 3, 4, 6, 7, 8), "number"))
+    looks = dict.fromkeys((1, 2, 3, 4, 6, 7, 8), "number")
+    headings = tuple(rows[0] if rows else ())
+    return Table(title, headings, tuple(tuple(row.values()) for row in rows), looks=looks)
 
 
-def _row(found: Submission, side: str, each: CommonSet) -> tuple[str, ...]:
+def _row(found: Submission, side: str, each: CommonSet) -> dict[str, str]:
+    """Return how a submission stands on a common set, by heading."""
     (own,) = (one for one in each.standings if one.model == found.name)
     rank = 1 + sum(one.skill > own.skill for one in each.standings)
-    interval = f"{own.low:.2f} to {own.high:.2f}" if math.isfinite(own.low) else "no interval from one group"
-    return (
-        side,
-        str(each.numbers),
-        str(each.groups),
-        f"{own.skill:.2f}",
-        interval,
-        each.null,
-        f"{own.width:.2f}",
-        f"{100 * own.covered:.0f} %",
-        f"{rank} of {len(each.standings)}",
-        each.standings[0].model,
-    )
+    return {
+        "side": side,
+        "numbers": str(each.numbers),
+        "groups": str(each.groups),
+        "skill": f"{own.skill:.2f}",
+        INTERVAL: f"{own.low:.2f} to {own.high:.2f}" if each.groups > 1 else "no interval from one group",
+        "null model": each.null,
+        "width": f"{own.width:.2f}",
+        "within 90 %": f"{100 * own.covered:.0f} %",
+        "rank": f"{rank} of {len(each.standings)}",
+        "the best": each.standings[0].model,
+    }

@@ -392,10 +392,11 @@ def _written(numbers: Real, unit: str) -> list[str] | list[float]:
     return [format_quantity(each, unit, digits=12) for each in numbers.tolist()]
 
 
-def _in_si(column: DataColumn, path: Path, unit: str, name: str) -> Real:
+def _in_si(column: DataColumn, path: Path, unit: str, name: str, *, or_else: str = "") -> Real:
     if not column.unit and unit != "1":
         raise InputError(
             f"columns.{name} = {column.name}: the file states no unit; write it behind the name: '{column.name} [{unit}]'"
+            f"{or_else}"
         )
     return column.in_si(path, unit)
 
@@ -414,11 +415,7 @@ def _positive(column: DataColumn, path: Path, unit: str) -> Real:
 
 def _spread(column: DataColumn, path: Path, unit: str, values: Real) -> Real:
     """Return a spread over the value: of a column in per cent or in the unit of the value."""
-    if not column.unit:
-        raise InputError(
-            f"columns.spread = {column.name}: the file states no unit; write '{column.name} [%]' for one over the value, or"
-            f" '{column.name} [{unit}]'"
-        )
     if column.unit == "%":
         return column.in_si(path, "1")
-    return column.in_si(path, unit) / values
+    in_share = f", or '{column.name} [%]' for one over the value"
+    return _in_si(column, path, unit, "spread", or_else=in_share) / values

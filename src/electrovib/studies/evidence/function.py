@@ -64,20 +64,16 @@ def evidence(
     >>> found.document.sentences[0]
     'A law or model can miss 1 of 1 number: its 90 % interval spans less than a decade.'
     """
-    if isinstance(measured, Mapping):
-        chosen = dict(measured)
-    else:
-        words = [measured] if isinstance(measured, str) else measured or [""]
-        chosen = {name: each for word in words for name, each in measurements(word).items()}
+    words = [measured] if isinstance(measured, str) else measured or [""]
+    several = [measured] if isinstance(measured, Mapping) else [measurements(word) for word in words]
+    chosen = {name: each for found in several for name, each in found.items()}
     entered = read_submissions([laws] if isinstance(laws, (str, Path)) else laws, measurements() | chosen)
     if places := {each.stated.judges for each in entered}:
         chosen = {name: each for name, each in chosen.items() if each.judges in places}
         if not chosen:
             raise InputError(f"laws: no measurement that is named judges {' or '.join(sorted(places))}")
-    of, count = (
-        f"{checked_draws(n):.6g} draws",
-        len(WIDTHS) * n * sum(len(each.values) for each in chosen.values()),
-    )
+    of, points = f"{checked_draws(n):.6g} draws", sum(len(each.values) for each in chosen.values())
+    count = len(WIDTHS) * n * points
     Meter.of_cases("this comparison", of, count, numbers=NUMBERS, remedy="draw fewer (-n)")
     checked_seed(seed)
     scores, refused, predicted = [], {}, {}
@@ -94,19 +90,19 @@ def evidence(
     if not scores:
         raise InputError(f"{name}: {nobody(why)}" for name, why in refused.items())
     refuse_idle(entered, scores, refused)
-    judged = {
+    warned = {
         name: [one for one in validity(each.scenario) if one.state == "warning"]
         for name, each in chosen.items()
     }
-    nulls = [judge(name, chosen[name], one) for name, one in null_predictions(chosen, measurements(), n=n)]
+    nulls = null_predictions(chosen, measurements(), n=n)
     own = {name: chosen[name] for name in predicted}
     return Evidence(
         measured=chosen,
         scores=tuple(scores),
         calibrated=tuple(calibrated_predictions(own, predicted, n=n, seed=seed)),
-        nulls=tuple(nulls),
+        nulls=tuple(judge(name, chosen[name], one) for name, one in nulls),
         refused={name: why for name, why in refused.items() if why},
-        warned={name: told for name, told in judged.items() if told},
+        warned={name: told for name, told in warned.items() if told},
         n=n,
         seed=seed,
         submissions=entered,

@@ -44,13 +44,10 @@ def check_unit(unit: str, quantity: str, per: str, scale: float, scenario: Scena
     """Refuse the name of a quantity that does not exist, and a unit that is not its own where no scale converts it."""
     own = unit_of(quantity, per, scenario)
     if unit not in KINDS:
-        known = kind_and_factor(unit)
-        in_si = (
-            f"'{known[0]}', because numbers without a unit are in SI"
-            if known
-            else f"a unit.{nearest(unit, KINDS)}"
-        )
-        raise InputError(f"unit = '{unit}': expected {in_si}")
+        if known := kind_and_factor(unit):
+            why = f"expected '{known[0]}', because numbers without a unit are in SI"
+            raise InputError(f"unit = '{unit}': {why}")
+        raise InputError(f"unit = '{unit}': expected a unit.{nearest(unit, KINDS)}")
     if scale == 1 and unit != own:
         over = f" over {per}" if per else ""
         raise InputError(
@@ -166,11 +163,9 @@ class Measurement:
     @property
     def axis(self) -> tuple[str, str]:
         """Words and SI unit of the parameter that was varied."""
-        return (
-            (words_at(self.scenario, self.over), quantity_at(self.scenario, self.over).unit)
-            if self.over
-            else ("", "1")
-        )
+        if not self.over:
+            return "", "1"
+        return words_at(self.scenario, self.over), quantity_at(self.scenario, self.over).unit
 
 
 def divisor(stated: Any) -> Any:

@@ -14,7 +14,7 @@ from electrovib.core.answer import Answer, Curve, Document, Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import ElectrovibError, InputError, refuse
+from electrovib.core.errors import InputError, computed_or_refused, refuse
 from electrovib.core.mistakes import near_members
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.atomic import Form, csv_text
@@ -33,6 +33,7 @@ REPEATS: Final = tuple(2**power for power in range(13))
 """Numbers of repeats at each point that are tried, up to 4096."""
 ODDS: Final = 20.0
 """Odds at which one law counts as told apart from another."""
+OWN: Final = "the scenario"
 MOST_POINTS: Final = 200
 """Points of the grid of an experiment, which are compared in pairs."""
 
@@ -77,6 +78,7 @@ class ExperimentPlan(Answer):
     def document(self) -> Document:
         """The best experiment, the others, and the odds over the repeats."""
         unit = read_name(self.quantity, tuple(self.scenario.stack.layers)).unit
+        left_out = Table("Left out", ("point", "why"), tuple(self.left_out.items()), folded=True)
         return Document(
             title=f"Which experiment tells {' from '.join(self.laws)}",
             sentences=self._sentences,
@@ -88,29 +90,25 @@ class ExperimentPlan(Answer):
                 f" {format_quantity(self.noise[1], unit, digits=3)} in each repeat. What the space leaves open is the same"
                 " in all repeats. Odds are expected over the space and the noise, for the law that needs more."
             ],
-            pages=[Table("Left out", ("point", "why"), tuple(self.left_out.items()), folded=True)]
-            if self.left_out
-            else [],
+            pages=[left_out] if self.left_out else [],
         )
 
     @property
     def _sentences(self) -> list[str]:
-        if not math.isfinite(self.best.repeats):
-            return [f"No experiment of this grid tells {' from '.join(self.laws)} with odds of {ODDS:g}."]
-        said = [
-            f"Measure {self._told(self.best)}: {self.best.repeats:.0f} measurements in all tell {' from '.join(self.laws)} with"
-            f" odds of {ODDS:g}."
-        ]
-        if math.isfinite(self.own.repeats):
-            factor = self.own.repeats / self.best.repeats
-            return [
-                *said,
-                f"The scenario as it stands needs {self.own.repeats:.0f}, {factor:.3g} times as many.",
-            ]
-        most = self.own.log_odds[-1]
+        apart, needed, own = (
+            f"{' from '.join(self.laws)} with odds of {ODDS:g}",
+            self.best.repeats,
+            self.own.repeats,
+        )
+        if not math.isfinite(needed):
+            return [f"No experiment of this grid tells {apart}."]
+        beside = f"needs {own:.0f}, {own / needed:.3g} times as many"
+        if not math.isfinite(own):
+            most = math.exp(min(self.own.log_odds[-1], 50.0))
+            beside = f"does not reach them: {most:.3g} after {REPEATS[-1]} repeats"
         return [
-            *said,
-            f"The scenario as it stands does not reach them: {math.exp(min(most, 50.0)):.3g} after {REPEATS[-1]} repeats.",
+            f"Measure {self._told(self.best)}: {needed:.0f} measurements in all tell {apart}.",
+            f"The scenario as it stands {beside}.",
         ]
 
     def _told(self, experiment: Experiment) -> str:
@@ -231,24 +229,22 @@ def plan_experiment(
     deviation = _noise(noise, unit=read_name(quantity, tuple(base.stack.layers)).unit)
     of, count = f"{checked_draws(n):.6g} draws for each law and point", n * len(models) * len(points)
     Meter.of_cases("this plan", of, count, numbers=NUMBERS, remedy="draw fewer (-n), or compare fewer points")
-    left_out: dict[str, str] = {}
     cases = [base.replace({"force": {"model": law}}) for law in models]
-    kept, values = [], []
-    for point in points:
-        name = ", ".join(f"{path} = {value:.6g}" for path, value in point.items()) or "the scenario"
-        try:
-            if point and check(base.replace(point), limits=limits).forbidding:
-                left_out[name] = "a limit forbids it"
-                continue
-            values.append([_values(case.replace(point), space, quantity, n=n, seed=seed) for case in cases])
-            kept.append(point)
-        except ElectrovibError as error:
-            left_out[name] = str(error.problems[0])
-    if not kept or kept[0]:
-        raise InputError(f"the scenario as it stands cannot be predicted: {left_out.get('the scenario', '')}")
-    if len(kept) < 2:
+
+    def values(_: str, point: dict[str, float]) -> list[Real]:
+        if point and check(base.replace(point), limits=limits).forbidding:
+            raise InputError("a limit forbids it")
+        return [_values(case.replace(point), space, quantity, n=n, seed=seed) for case in cases]
+
+    named = {
+        ", ".join(f"{path} = {value:.6g}" for path, value in point.items()) or OWN: point for point in points
+    }
+    known, left_out = computed_or_refused(named, values, reason=lambda error: str(error.problems[0]))
+    if OWN not in known:
+        raise InputError(f"the scenario as it stands cannot be predicted: {left_out[OWN]}")
+    if len(known) < 2:
         raise InputError([f"over: {point}: {why}" for point, why in left_out.items()])
-    found = np.array(values)  # points, laws, draws
+    kept, found = [named[name] for name in known], np.array([*known.values()])  # points, laws, draws
     sets = [(i,) for i in range(1, len(kept))] + list(itertools.combinations(range(1, len(kept)), 2))
     experiments = [_experiment(kept, found, which, deviation) for which in sets]
     experiments.sort(key=lambda each: (each.repeats, -float(each.log_odds[-1])))

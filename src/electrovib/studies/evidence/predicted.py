@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.discovery import find_members, offers
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import ElectrovibError, InputError, computed_or_refused, in_short
 from electrovib.core.model import Model
 from electrovib.core.own_models import family_of
 from electrovib.core.paths import quantity_at, value_at
@@ -81,42 +81,26 @@ def predict(
     measured: Measurement, *, n: int = DRAWS, seed: int = 0
 ) -> tuple[list[ModelPrediction], dict[str, str]]:
     """Compute what every candidate predicts, and give the reason for each that cannot."""
-    found: list[ModelPrediction] = []
-    refused: dict[str, str] = {}
-    for name, content in candidates(measured).items():
-        if name in measured.made:
-            refused[name] = "it was made from these numbers"
-            continue
-        try:
-            found.append(prediction(measured, name, content, n=n, seed=seed))
-        except ElectrovibError as error:
-            refused[name] = reason_of(error)
-    return found, refused
 
+    def compute(name: str, content: Any) -> ModelPrediction:
+        return prediction(measured, name, content, n=n, seed=seed)
 
-def reason_of(error: ElectrovibError) -> str:
-    """Return in words why a model cannot predict."""
-    return "; ".join(each if each.path else each.reason for each in error.problems[:2])
+    found, refused = computed_or_refused(candidates(measured), compute, reason=in_short)
+    return list(found.values()), refused
 
 
 def prediction(measured: Measurement, name: str, content: Any, *, n: int, seed: int) -> ModelPrediction:
     """Compute the measured quantity for every draw and point (n, points), with ranges as stated and of other widths."""
+    if name in measured.made:
+        raise InputError("it was made from these numbers")
     scenario, tables = set_up(measured, name, content)
     draws = read_space(scenario, {"space": tables}).draw(seed, 0, n) if tables else {}
-    ranges = {path: quantity_at(scenario, path) for path in draws}
-    listed = {
-        path  # lists of values stay
-        for path, table in tables.items()
-        if "values" in table
+    together = {
+        path: np.tile(column, len(WIDTHS))  # lists of values stay
+        if "values" in tables[path]
+        else np.concatenate([_of_width(column, each, quantity_at(scenario, path)) for each in WIDTHS])
+        for path, column in draws.items()
     }
-    of_width = [
-        {
-            path: column if path in listed else _of_width(column, factor, ranges[path])
-            for path, column in draws.items()
-        }
-        for factor in WIDTHS
-    ]
-    together = {path: np.concatenate([each[path] for each in of_width]) for path in draws}
     try:
         found = values_of(measured, scenario, together, len(WIDTHS) * n)
     except ElectrovibError:
@@ -299,19 +283,14 @@ def null_predictions(
 def _logs(own: _Known, known: Sequence[_Known], n: int) -> dict[str, Real]:
     """Return evenly spaced quantiles of the logarithm at each point, (n, points) or (n, 1), by null model."""
     alike = [each for each in known if each.quantity == own.quantity]
-    others = [(each.group, each.logs) for each in alike if each.group != own.group]
+    others = [each for each in alike if each.group != own.group]
     within = _over_range(np.concatenate([each.logs for each in alike]), n)
+    constant = _around([(each.group, each.logs) for each in others], n) if others else within
+    squared = [(each.group, each.logs - each.squares) for each in others if each.squares is not None]
+    square = constant if own.squares is None or not squared else _around(squared, n) + own.squares
     if own.quotient:  # what is constant, or constant over the square of the voltage, leaves nothing open
         constant = np.zeros((n, 1))
         square = constant if own.squares is None else constant + own.squares
-        return {CONSTANT: constant, SQUARE: square, RANGE: within}
-    constant = _around(others, n) if others else within
-    squared = [
-        (each.group, each.logs - each.squares)
-        for each in alike
-        if each.group != own.group and each.squares is not None
-    ]
-    square = constant if own.squares is None or not squared else _around(squared, n) + own.squares
     return {CONSTANT: constant, SQUARE: square, RANGE: within}
 
 

@@ -102,19 +102,23 @@ class Evidence(Answer):
             references=list(dict.fromkeys(each.source for each in self.measured.values())),
         )
 
+    @functools.cached_property
+    def _by_measurement(self) -> dict[str, list[Score]]:
+        found: dict[str, list[Score]] = {name: [] for name in self.measured}
+        for each in sorted(self.scores, key=lambda each: -each.score):
+            found[each.measurement].append(each)
+        return found
+
     def of(self, name: str) -> list[Score]:
         """Return the scores of one measurement, the best first."""
-        return sorted(
-            (each for each in self.scores if each.measurement == name), key=lambda each: -each.score
-        )
+        return self._by_measurement[name]
 
     @property
     def failures(self) -> list[Score]:
         """The best candidate of each measurement that no candidate covers whole, the worst first."""
-        found = [each for name in self.measured if (each := self.of(name))]
-        return sorted(
-            (each[0] for each in found if all(one.covered < 1 for one in each)), key=lambda best: best.score
-        )
+        known = [each for each in self._by_measurement.values() if each]
+        best = (each[0] for each in known if all(one.covered < 1 for one in each))
+        return sorted(best, key=lambda best: best.score)
 
     @functools.cached_property
     def comparisons(self) -> tuple[CommonSet, ...]:
@@ -132,10 +136,9 @@ class Evidence(Answer):
     @property
     def decides(self) -> list[str]:
         """Measurements that a candidate covers with an interval below one decade, while another one misses."""
-        found = {name: self.of(name) for name in self.measured}
         return [
             name
-            for name, each in found.items()
+            for name, each in self._by_measurement.items()
             if any(one.covered == 1 and one.width < standing.NARROW for one in each)
             and any(one.covered < 1 for one in each)
         ]
@@ -143,8 +146,8 @@ class Evidence(Answer):
     @property
     def decides_nothing(self) -> list[str]:
         """Measurements that every candidate covers."""
-        found = {name: self.of(name) for name in self.measured}
-        return [name for name, each in found.items() if each and all(one.covered == 1 for one in each)]
+        known = self._by_measurement.items()
+        return [name for name, each in known if each and all(one.covered == 1 for one in each)]
 
     @property
     def numbers(self) -> frozenset[tuple[str, ...]]:
@@ -218,12 +221,9 @@ class Evidence(Answer):
         """List the likely causes of the failures, each with its measurements."""
         found: dict[str, list[str]] = {}
         for each in self.failures:
-            found.setdefault(self.measured[each.measurement].cause or "not known", []).append(
-                each.measurement
-            )
-        rows = tuple(
-            (", ".join(names), cause.removeprefix("Likely cause: ")) for cause, names in found.items()
-        )
+            cause = self.measured[each.measurement].cause or "not known"
+            found.setdefault(cause.removeprefix("Likely cause: "), []).append(each.measurement)
+        rows = tuple((", ".join(names), cause) for cause, names in found.items())
         headings = ("measurements", "likely cause, and what would decide")
         return Table("Why no law or model reaches them", headings, rows, looks={1: "words"})
 

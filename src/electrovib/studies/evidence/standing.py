@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -229,38 +230,37 @@ def _comparison(
 ) -> CommonSet:
     any_scores = next(iter(own.values()))
     groups = sorted({each.group for each in any_scores})
-    best, skills = _skills(own, nulls, groups, lambda each: each.score)
-    ranks = {model: 1 + sum(other > skill for other in skills.values()) for model, skill in skills.items()}
-    fewer = [[each for each in groups if each != out] for out in groups if len(groups) > 1]
-    without = [_skills(own, nulls, each, lambda one: one.score)[1] for each in fewer]
-    narrow, wide = (
-        _skills(own, nulls, groups, number)[1]
-        for number in (lambda each: each.narrow, lambda each: each.wide)
+    (best, skills), (_, narrow), (_, wide) = (
+        _skills(own, nulls, groups, operator.attrgetter(name)) for name in ("score", "narrow", "wide")
     )
+    fewer = [[each for each in groups if each != out] for out in groups if len(groups) > 1]
+    without = [_skills(own, nulls, each, operator.attrgetter("score"))[1] for each in fewer]
     found = []
     for model, scores in own.items():
         left = np.array([each[model] for each in without])
-        places = [1 + sum(other > each[model] for other in each.values()) for each in without]
+        places = [1 + sum(other > each[model] for other in each.values()) for each in without or [skills]]
         low, high = _jackknife(skills[model], left)
+        means = {
+            name: _mean_over_groups(scores, operator.attrgetter(name))
+            for name in ("covered", "score", "shape")
+        }
         found.append(
             Standing(
                 model=model,
                 can_miss=len({key for each in scores if each.width < NARROW for key in each.numbers}),
-                covered=_mean_over_groups(scores, lambda each: each.covered),
                 width=float(np.median([each.width for each in scores])),
                 ratio=math.exp(_mean_over_groups(scores, _log_ratio)),
                 off=typical_factor(scores),
-                score=_mean_over_groups(scores, lambda each: each.score),
                 skill=skills[model],
                 low=low,
                 high=high,
-                least=float(left.min()) if left.size else math.nan,
-                most=float(left.max()) if left.size else math.nan,
-                first=min(places, default=ranks[model]),
-                last=max(places, default=ranks[model]),
+                least=min(left.tolist(), default=math.nan),
+                most=max(left.tolist(), default=math.nan),
+                first=min(places),
+                last=max(places),
                 narrow=narrow[model],
                 wide=wide[model],
-                shape=_mean_over_groups(scores, lambda each: each.shape),
+                **means,
             )
         )
     return CommonSet(

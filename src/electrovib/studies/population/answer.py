@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final
 
 import xarray
 
-from electrovib.core.answer import Answer, Document, Drawing, Page, Table
+from electrovib.core.answer import Answer, Document, Drawing, Page, Table, as_sentence
 from electrovib.core.citation import UNVERIFIED, is_reference, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.signals import is_study_result
@@ -28,7 +28,7 @@ def study_document(found: xarray.Dataset, *, title: str | None = None) -> Docume
     of = [f"Scenario: {found.attrs['title']}"] if found.attrs["title"] else []
     return Document(
         title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
-        sentences=[f"{line[0].upper()}{line[1:]}." for line in words],
+        sentences=[*map(as_sentence, words)],
         diagnostics=diagnostics_of(found),
         note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
         figures=[each for name in names for each in _figures(found, name)],
@@ -50,7 +50,7 @@ def study_document(found: xarray.Dataset, *, title: str | None = None) -> Docume
 def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[Drawing]:
     """Draw the bands of each signal of a study with the runs and recordings of a report over them."""
     lines = [*result.width_words(found), *result.nominal_words(found), *warning_lines(diagnostics_of(found))]
-    caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
+    caption = " ".join([_caption(found), *map(as_sentence, lines)])
     return [
         _drawing(found, str(name), "bands", caption=caption, beside=beside) for name in found.attrs["signals"]
     ]

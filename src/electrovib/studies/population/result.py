@@ -308,19 +308,15 @@ def _columns(found: xarray.Dataset) -> dict[str, Real]:
     axis = str(found[f"{found.attrs['signals'][0]}_mean"].dims[0])
     columns = {f"{axis} [{found[axis].attrs['units']}]": np.asarray(found[axis].values)}
     for name in found.attrs["signals"]:
-        unit = found[f"{name}_mean"].attrs["units"]
-        columns[f"{name} mean [{unit}]"] = found[f"{name}_mean"].values
-        columns[f"{name} variance [{found[f'{name}_variance'].attrs['units']}]"] = found[
-            f"{name}_variance"
-        ].values
-        if f"{name}_percentile" in found:
-            bands = found[f"{name}_percentile"]
-            for share, row in zip(bands["percentile"].values, bands.values, strict=True):
-                columns[f"{name} percentile {float(share):g} [{unit}]"] = row
-        if f"{name}_exceedance" in found:
-            shares = found[f"{name}_exceedance"]
-            for level, row in zip(shares[shares.dims[0]].values, shares.values, strict=True):
-                columns[f"{name} exceedance of {format_quantity(float(level), unit)} [1]"] = row
-        if f"{name}_unknown" in found:
-            columns[f"{name} unknown [1]"] = found[f"{name}_unknown"].values
+        own = found[f"{name}_mean"].attrs["units"]
+        for kind in ("mean", "variance", "percentile", "exceedance", "unknown"):
+            if f"{name}_{kind}" not in found:
+                continue
+            each = found[f"{name}_{kind}"]
+            several = [None] if each.ndim == 1 else each[each.dims[0]].values.tolist()
+            for level, row in zip(several, each.values.reshape(len(several), -1), strict=True):
+                at = "" if level is None else f" {level:g}"
+                if kind == "exceedance":
+                    at = f" of {format_quantity(level, own)}"
+                columns[f"{name} {kind}{at} [{each.attrs['units']}]"] = row
     return columns

@@ -204,12 +204,11 @@ def state_of(path: Path, declared: DeclaredStudy) -> str:
             raise InputError("exists already and is no study of electrovib; give another name.", path=path)
     found = _attributes(path)
     theirs = found["definition"]
-    differing = [
-        f"its {name} is not the same"
-        if name in {"scenario", "space"}
-        else f"{name} is {json.dumps(theirs.get(name))} there and {json.dumps(value)} here"
-        for name, value in definition(declared).items()
-        if theirs.get(name) != value
+    others = {name: value for name, value in definition(declared).items() if theirs.get(name) != value}
+    differing = [f"its {name} is not the same" for name in ("scenario", "space") if others.pop(name, None)]
+    differing += [
+        f"{name} is {json.dumps(theirs.get(name))} there and {json.dumps(value)} here"
+        for name, value in others.items()
     ]
     if differing:
         raise InputError(

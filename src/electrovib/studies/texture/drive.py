@@ -16,9 +16,15 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario, Source
 from electrovib.solve.simulate import simulate
-from electrovib.studies.check import CheckResult, cleared_for_output, not_shown, sampled, with_drive
+from electrovib.studies.check import (
+    CheckResult,
+    cleared_for_output,
+    not_shown,
+    sampled,
+    several_limits,
+    with_drive,
+)
 from electrovib.studies.design.drive.target import force_panel
-from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.result import Designed
 from electrovib.studies.texture import set_up
 from electrovib.studies.texture.reading import PathSource, TextureSource, read_path
@@ -108,11 +114,6 @@ class TextureDrive(Designed):
         return self._document(
             said, figures=[force_panel(self.times, self.wanted_force, self.predicted_force)]
         )
-
-    @property
-    def is_achieved(self) -> bool:
-        """Whether no limit is exceeded, without which there is no drive."""
-        return not self.check.forbidding
 
     def numbers(self) -> dict[str, Any]:
         """Return what the drive reaches, in SI."""
@@ -229,7 +230,7 @@ def texture_drive(
         trace=trace,
         check=check,
         notes=(*_notes(synthesis), motion_note),
-        limits=several_limits(limits, found.scenario),
+        limits=several_limits(limits),
     )
 
 
@@ -290,11 +291,9 @@ def _misfit(predicted: Real, wanted: Real, first: int, last: int) -> float:
 
 def _notes(synthesis: Synthesis) -> tuple[str, ...]:
     hardware = synthesis.hardware
-    how = (
-        f"carrier of {format_quantity(hardware.carrier, 'Hz')}, its amplitude the root of the wanted force"
-        if hardware.carrier
-        else "no carrier: the voltage is the root of the wanted force"
-    )
+    how = "no carrier: the voltage is the root of the wanted force"
+    if hardware.carrier:
+        how = f"carrier of {format_quantity(hardware.carrier, 'Hz')}, its amplitude the root of the wanted force"
     return (
         f"{how}; {format_quantity(synthesis.rate, 'Hz')} samples, joined by straight lines",
         f"largest attraction {format_quantity(hardware.largest_force, 'N', digits=4)} at"

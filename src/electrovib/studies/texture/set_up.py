@@ -14,11 +14,13 @@ from electrovib.core.arrays import Real
 from electrovib.core.deprecation import former_value
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, number_in
+from electrovib.physics.limits import unit_of_limit
 from electrovib.physics.texture.base import RenderingPlate, Texture
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.solve.expanded import Expanded
 from electrovib.studies.check import DeclaredLimit, LimitsSource, declared_limits, refuse_unlimited, sampled
 from electrovib.studies.design.drive.carrier import carrier_gain
+from electrovib.studies.design.limits import Bounds
 from electrovib.studies.texture.reading import TextureSource, read_texture
 from electrovib.studies.texture.stream import added_friction
 
@@ -45,11 +47,10 @@ class Synthesis:
         """Intervals of a ramp, 1 at least."""
         return max(1, round(self.hardware.ramp * self.rate))
 
+    @np.errstate(over="ignore")
     def forces(self, position: Real, velocity: Real) -> Real:
         """Return the wanted attraction, out of range where it cannot be rendered; NaN where the texture gives none."""
-        added = added_friction(self.texture, position, velocity, self.friction.plate)
-        with np.errstate(over="ignore"):
-            return self.friction.force(added)
+        return self.friction.force(added_friction(self.texture, position, velocity, self.friction.plate))
 
     def amplitudes(self, forces: Real) -> Real:
         """Return the amplitude of the carrier, or the voltage without one; 0 for forces below 0."""
@@ -60,12 +61,12 @@ class Synthesis:
             return np.where(found <= largest * (1 + _ROUNDED), np.minimum(found, largest), found)
         return np.asarray(found)
 
+    @np.errstate(invalid="ignore")  # 0 times infinity, which `first_fault` finds
     def rising(self, first: int, amplitudes: Real) -> Real:
         """Return amplitudes from sample `first` on times the ramp at the beginning, which is 0 at sample 0."""
         if first >= self.ramp_samples:
             return amplitudes
-        with np.errstate(invalid="ignore"):  # 0 times infinity, which `first_fault` finds
-            return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
+        return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
 
     def falling(self, since: int, count: int, amplitude: float) -> Real:
         """Return `count` amplitudes of the ramp at the end after `since` of its samples; 0 from its end on."""
@@ -83,6 +84,7 @@ class Synthesis:
         phase = np.arange(len(amplitudes)) * (2 * math.pi * carrier / self.rate) + 2 * math.pi * cycles
         return np.asarray(amplitudes * np.sin(phase) + 0.0)
 
+    @np.errstate(invalid="ignore")  # infinite amplitudes
     def first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
         """Find the first sample at which the texture or a limit is not held, -1 if all are, and what is not held.
 
@@ -91,15 +93,10 @@ class Synthesis:
         """
         if len(ramped) == 0:
             return -1, ""
-        with np.errstate(invalid="ignore"):  # infinite amplitudes
-            return self._first_fault(forces, ramped, before)
-
-    def _first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
         hardware, both = self.hardware, np.concatenate(([before], ramped))
         steps = (both[1:] - both[:-1]) * self.rate
-        largest_force, largest_slope = (
-            limit * (1 + 2 * _ROUNDED) for limit in (hardware.largest_force, hardware.largest_slope)
-        )
+        limits = hardware.largest_force, hardware.largest_slope
+        largest_force, largest_slope = (limit * (1 + 2 * _ROUNDED) for limit in limits)
         turning = 2 * math.pi * hardware.carrier
         # one bound for all samples first, which nearly every block meets
         steepest = math.hypot(max(steps.max(), -steps.min()), turning * both.max())
@@ -110,28 +107,23 @@ class Synthesis:
         if held.all():
             return -1, ""
         place = int(np.argmin(held))
-        return place, self._why(
-            float(forces[place]), float(slopes[place]), int(np.count_nonzero(np.isnan(forces))), len(forces)
-        )
-
-    def _why(self, force: float, slope: float, unknown: int, count: int) -> str:
-        hardware = self.hardware
-        if math.isnan(force):
-            return (
-                f"the model '{type(self.texture).__name__}' returned NaN or infinity, {unknown} of {count} values; the added"
-                " friction has to be a number of newtons"
+        if math.isnan(forces[place]):
+            unknown = np.count_nonzero(np.isnan(forces))
+            return place, (
+                f"the model '{type(self.texture).__name__}' returned NaN or infinity, {unknown} of {len(forces)} values; the"
+                " added friction has to be a number of newtons"
             )
+        return place, self._why(float(forces[place]), float(slopes[place]))
+
+    def _why(self, force: float, slope: float) -> str:
+        hardware, needed = self.hardware, format_quantity(force, "N", digits=4)
         if not force >= 0:
             return (
                 "the texture has less friction than the plate itself, and attraction only adds friction; raise the texture or"
                 " lower its baseline"
             )
         if force > hardware.largest_force:
-            wanted = (
-                f"an attraction of {format_quantity(force, 'N', digits=4)}"
-                if math.isfinite(force)
-                else "more"
-            )
+            wanted = f"an attraction of {needed}" if math.isfinite(force) else "more"
             return (
                 f"the texture needs {wanted}, and the hardware gives {format_quantity(hardware.largest_force, 'N', digits=4)} at"
                 f" {format_quantity(hardware.largest_amplitude, 'V', digits=4)}, within {hardware.bound}; reduce the texture, or"
@@ -161,7 +153,7 @@ FINEST: Final = 0.4
 
 @dataclass(frozen=True, kw_only=True)
 class RenderingSetUp:
-    """Scenario and texture as they were read, with the strictest declared limit of each quantity."""
+    """Scenario and texture as they were read, with the strictest limit of each quantity, that of the amplifier too."""
 
     scenario: Scenario
     texture: Texture
@@ -178,9 +170,8 @@ class RenderingSetUp:
     ) -> RenderingSetUp:
         """Read the inputs, and refuse them unless the largest voltage and the largest current are declared."""
         found, read = read_scenario(scenario, changes=changes), read_texture(texture)
-        declared = declared_limits(found, limits)
-        refuse_unlimited(declared, what=what)
-        return cls(scenario=found, texture=read, declared=declared)
+        refuse_unlimited(declared_limits(found, limits), what=what)
+        return cls(scenario=found, texture=read, declared=Bounds.of(found, limits).declared)
 
     def synthesis(
         self, carrier: Amount | None, ramp: Amount, rate: Amount | None, *, fastest: float
@@ -304,54 +295,28 @@ def hardware(
     factor = abs(amplifier.gain)
     if not factor:
         raise InputError("a gain of 0 renders nothing", path="circuit.amplifier.gain")
-    voltages, currents = _limits(scenario, declared)
     bound = current_bound(scenario)
-    whole = bound.plus(amplifier.stray_capacitance)
+    currents = {"current": bound.plus(amplifier.stray_capacitance), "body_current": bound}
     steepest = math.hypot(2 * math.pi * carrier, 1 / ramp)  # slope over amplitude, ramp included
-    allowed = [(limit / factor, words) for limit, words in voltages]
-    bounds = [(limit, whole if through == "current" else bound, words) for limit, through, words in currents]
-    allowed += [(limit / (factor * each.current(steepest, 1.0)), words) for limit, each, words in bounds]
-    if "slew_rate" in declared:
-        fastest = declared["slew_rate"]
-        allowed.append((fastest.value / (factor * steepest), f"the slew rate, {_shown(fastest, 'V/s')}"))
-    largest, words = min(allowed)
-    slopes = [each.slope(limit, factor * largest) / factor for limit, each, _ in bounds]
-    if "slew_rate" in declared:
-        slopes.append(declared["slew_rate"].value / factor)
+    per_amplitude = {name: each.current(steepest, 1.0) for name, each in currents.items()}
+    per_amplitude |= {"voltage": 1.0, "slew_rate": steepest}
+    limits = {name: limit for name, limit in declared.items() if name in per_amplitude}
+    allowed = {name: limit.value / (factor * per_amplitude[name]) for name, limit in limits.items()}
+    name = min(allowed, key=lambda each: allowed[each])
+    slopes = [
+        each.slope(limits[of].value, factor * allowed[name]) for of, each in currents.items() if of in limits
+    ]
+    if "slew_rate" in limits:
+        slopes.append(limits["slew_rate"].value)
+    shown = format_quantity(limits[name].value, unit_of_limit(name))
     return RenderingHardware(
         force_gain=gain,
         carrier=carrier,
         ramp=ramp,
-        largest_amplitude=largest,
-        largest_slope=min(slopes),
-        bound=words,
+        largest_amplitude=allowed[name],
+        largest_slope=min(slopes) / factor,
+        bound=f"the {name.replace('_', ' ')}, {shown} ({limits[name].source})",
     )
-
-
-def _limits(
-    scenario: Scenario, declared: Mapping[str, DeclaredLimit]
-) -> tuple[list[tuple[float, str]], list[tuple[float, str, str]]]:
-    """Return limits of the plate voltage [V], and of currents [A] with what they limit; those of the amplifier too."""
-    voltages = [(declared["voltage"].value, f"the voltage, {_shown(declared['voltage'], 'V')}")]
-    currents = [
-        (declared[name].value, name, f"the {name.replace('_', ' ')}, {_shown(declared[name], 'A')}")
-        for name in ("current", "body_current")
-        if name in declared
-    ]
-    amplifier = scenario.circuit.supply
-    if amplifier.saturation is not None:
-        shown = format_quantity(amplifier.saturation, "V")
-        voltages.append((amplifier.saturation, f"the saturation of the amplifier, {shown}"))
-    if np.isfinite(amplifier.current_limits[1]):
-        least = float(min(abs(each) for each in amplifier.current_limits))
-        currents.append(
-            (least, "current", f"the current limit of the amplifier, {format_quantity(least, 'A')}")
-        )
-    return voltages, currents
-
-
-def _shown(limit: DeclaredLimit, unit: str) -> str:
-    return f"{format_quantity(limit.value, unit)} ({limit.source})"
 
 
 _POINTS: Final = 16_385

@@ -71,7 +71,7 @@ OWN = {"set": {"circuit.amplifier": {"gain": -10.0, "saturation": "200 V"}}}
 LARGEST = {
     "voltage": ({"limits": {"voltage": "100 V", "current": "1 mA"}}, 100, ""),
     "slew rate": ({"limits": LIMITS | {"slew_rate": "1 MV/s"}}, None, "determined by the slew rate, 1 MV/s"),
-    "saturation": (OWN, 200, "the saturation of the amplifier, 200 V"),
+    "saturation": (OWN, 200, "its saturation"),
 }
 
 

@@ -12,19 +12,18 @@ import numpy as np
 
 from electrovib.core.answer import Document
 from electrovib.core.arrays import Real
-from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.studies.check import NEEDED, CheckResult, DeclaredLimit, LimitsSource, checked
+from electrovib.studies.check import NEEDED, CheckResult, DeclaredLimit, LimitsSource, checked, several_limits
 from electrovib.studies.check.amplifier import LARGEST, without_its_limits
 from electrovib.studies.check.result import not_shown
 from electrovib.studies.design.drive.carrier import FoundDrive, Played, design_carrier
 from electrovib.studies.design.drive.direct import design_direct
 from electrovib.studies.design.drive.target import Target, TargetSource, force_panel, read_target
-from electrovib.studies.design.limits import Bounds, several_limits
+from electrovib.studies.design.limits import Bounds
 from electrovib.studies.design.result import Designed
 from electrovib.studies.design.wanted import read_number
 
@@ -100,11 +99,8 @@ def drive_for_force(
     if method == "dc" and frequency is not None:
         raise InputError("method 'dc' has no carrier; omit it, or take another method", path="carrier")
     bounds = Bounds.of(base, limits)
-    prescribed = (
-        CurrentSine(amplitude=1e-6, frequency=1e3)
-        if method == "current"
-        else Sine(amplitude=1.0, frequency=1e3)
-    )
+    of_current, of_voltage = CurrentSine(amplitude=1e-6, frequency=1e3), Sine(amplitude=1.0, frequency=1e3)
+    prescribed = of_current if method == "current" else of_voltage
     own = base.model_copy(update={"drive": prescribed})  # which the design replaces
     linear = without_its_limits(own, LARGEST)
     if method == "dc":
@@ -113,7 +109,7 @@ def drive_for_force(
         corrected = method != "sqrt-am"
         found = design_carrier(linear, wanted, bounds, carrier=frequency, rate=samples, corrected=corrected)
     played = Played(own, found.rate)
-    several = several_limits(limits, base)
+    several = several_limits(limits)
     if own is not linear:
         found = replace(found, predicted=_predicted(played, found))
     return DesignedDrive(
@@ -193,17 +189,12 @@ class DesignedDrive(Designed, FoundDrive):
     @property
     def is_achieved(self) -> bool:
         """Whether the predicted force follows the target to 1 % and no row of the check fails."""
-        return self.misfit <= TRACKED and not self.check.forbidding
+        return self.misfit <= TRACKED and not self.failed
 
     @functools.cached_property
     def harmonics(self) -> dict[int, float]:
         """Amplitudes at multiples of the target's frequency, over the wanted one at it; empty for a target without one."""
         return harmonics(self.edges, self.predicted, self.wanted, self.target.frequency)
-
-    @property
-    def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Diagnostics of the scenario under the drive, beyond those that the check states."""
-        return self.check.diagnostics
 
     @property
     def document(self) -> Document:
@@ -290,7 +281,7 @@ def _limits(found: DesignedDrive) -> list[str]:
 
 
 def _doubts(found: DesignedDrive) -> list[str]:
-    lines = [row.text for row in found.check.forbidding]
+    lines = [row.text for row in found.failed]
     lines += [text for text in not_shown(found.check.rows) if "is not declared" not in text]
     if missing := [f"limits.{name}" for name in NEEDED if name not in found.bounds]:
         lines.append(

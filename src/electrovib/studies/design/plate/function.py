@@ -17,11 +17,18 @@ from electrovib.core.paths import quantity_at
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits, limited, unit_of_limit
 from electrovib.physics.safety import FILM
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.studies.check import CheckRow, DeclaredLimit, LimitsSource, checked, declared_limits, result
+from electrovib.studies.check import (
+    CheckRow,
+    DeclaredLimit,
+    LimitsSource,
+    checked,
+    declared_limits,
+    result,
+    several_limits,
+)
 from electrovib.studies.check.amplifier import asked_rows
 from electrovib.studies.check.function import asked_values
 from electrovib.studies.compare.materials import layer_of_plate, named_materials, with_material
-from electrovib.studies.design.limits import several_limits
 from electrovib.studies.design.plate.result import RELAXED, PlateDesign, best_of, gains_of
 from electrovib.studies.perceive import perceive, verdict
 from electrovib.studies.sweep import Case, parse_over, read_quantities, sweep_cases
@@ -331,7 +338,7 @@ def plan_plate(
         candidates=tuple(found),
         check=None if plate is None else checked(plate, limits=limits, name="the best candidate"),
         notes=(*([] if plate is None or is_calibrated else [_felt(plate)]), *_notes(given, axes, chosen)),
-        limits=several_limits(limits, given),
+        limits=several_limits(limits),
     )
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from electrovib.core.answer import Document, Drawing, Page, Table
+from electrovib.core.answer import Document, Drawing, Page, Table, as_sentence
 from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS
 from electrovib.data.atomic import Form, csv_text
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.studies.check import CheckResult, CheckRow
+    from electrovib.studies.check import CheckRow
     from electrovib.studies.design.plate.function import Objective, PlateCandidate
 
 RELAXED: Final = 1.1
@@ -69,7 +69,6 @@ class PlateDesign(Designed):
     units: Mapping[str, str]
     objectives: tuple[Objective, ...]
     candidates: tuple[PlateCandidate, ...]
-    check: CheckResult | None
     notes: tuple[str, ...]
 
     @functools.cached_property
@@ -104,11 +103,6 @@ class PlateDesign(Designed):
         return None if self.check is None else self.check.scenario
 
     @property
-    def is_achieved(self) -> bool:
-        """Whether a candidate is within the limits, by the full check too."""
-        return self.check is not None and not self.check.forbidding
-
-    @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Warnings of the best candidate, or of the scenario where there is none, beyond those that the limits state."""
         return result.not_in_rows(validity(self.base)) if self.best is None else self.best.diagnostics
@@ -137,37 +131,34 @@ class PlateDesign(Designed):
         """Write a row for each candidate, with every objective and every limit, or all numbers as JSON."""
         if not name.endswith(".csv"):
             return super().content(name)
-        rows = list(dict.fromkeys(row.quantity for each in self.candidates for row in each.rows))
         units = {row.quantity: row.unit for each in self.candidates for row in each.rows}
-        headings = [
-            "material",
-            *(f"{path} [{self.units[path]}]" for path in self.axes),
-            *(f"{each.name} [{each.unit}]" for each in self.objectives),
-            *(head for name in rows for head in _limit_heads(name, units[name])),
-            *("within the limits", "forbidden by", "Pareto set", "best", "refined", "strength in doubt"),
+        rows = [self._cells(each, units) for each in self.candidates]
+        remarks = [" ".join(self.document.sentences), *self.notes]
+        headings = [heading for heading, _ in rows[0]]
+        cells = [[cell for _, cell in row] for row in rows]
+        return csv_text(headings, cells, remarks=remarks, diagnostics=self.diagnostics)
+
+    def _cells(self, each: PlateCandidate, units: Mapping[str, str]) -> list[tuple[str, object]]:
+        """Return all of a candidate, each with its heading, and the limits of the quantities with these units."""
+        yes = {True: "yes", False: "no"}
+        found: list[tuple[str, object]] = [("material", each.material)]
+        found += [(f"{path} [{self.units[path]}]", each.at[path]) for path in self.axes]
+        found += [(f"{one.name} [{one.unit}]", each.values[one.name]) for one in self.objectives]
+        by_quantity = {row.quantity: row for row in each.rows}
+        for name, unit in units.items():
+            heads = f"{name} [{unit}]", f"limit of {name} [{unit}]", f"{name}: limit/value", f"{name}: state"
+            row = by_quantity.get(name)
+            cells = (row.value, row.limit, row.margin, row.state) if row else ("",) * len(heads)
+            found += zip(heads, cells, strict=True)
+        return [
+            *found,
+            ("within the limits", yes[each.is_allowed]),
+            ("forbidden by", "; ".join(each.forbidden_by)),
+            ("Pareto set", yes[any(each is one for one in self.pareto)]),
+            ("best", yes[each is self.best]),
+            ("refined", yes[each.refined]),
+            ("strength in doubt", "; ".join(each.doubts)),
         ]
-        efficient = {id(each) for each in self.pareto}
-        cells = []
-        for each in self.candidates:
-            by_quantity = {row.quantity: row for row in each.rows}
-            cells.append(
-                [
-                    each.material,
-                    *(each.at[path] for path in self.axes),
-                    *(each.values[one.name] for one in self.objectives),
-                    *(cell for name in rows for cell in _limit_cells(by_quantity.get(name))),
-                    _yes(each.is_allowed),
-                    "; ".join(each.forbidden_by),
-                    *(_yes(value) for value in (id(each) in efficient, each is self.best, each.refined)),
-                    "; ".join(each.doubts),
-                ]
-            )
-        return csv_text(
-            headings,
-            cells,
-            remarks=[" ".join(self.document.sentences), *self.notes],
-            diagnostics=self.diagnostics,
-        )
 
     def numbers(self) -> dict[str, Any]:
         """Return all candidates as nested tables."""
@@ -186,18 +177,6 @@ class PlateDesign(Designed):
                 for each in self.candidates
             ],
         }
-
-
-def _limit_heads(name: str, unit: str) -> tuple[str, ...]:
-    return f"{name} [{unit}]", f"limit of {name} [{unit}]", f"{name}: limit/value", f"{name}: state"
-
-
-def _limit_cells(row: CheckRow | None) -> tuple[object, ...]:
-    return ("", "", "", "") if row is None else (row.value, row.limit, row.margin, row.state)
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
 
 
 def best_of(
@@ -290,12 +269,12 @@ def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
         f"The {first.goal} {plain(first.name)} {which} is {where}.",
         _binding(design, best, ends),
         *([f"Closest limit: {_ratio(row)} ({_at_limit(row)})."] if row else []),
-        *(f"{_capital(each)}." for each in result.not_shown(best.rows)),
+        *map(as_sentence, result.not_shown(best.rows)),
         *([] if shown_safe else _safest(design)),
         _counts(design),
     ]
-    if design.check is not None and design.check.forbidding:
-        names = ", ".join(row.quantity for row in design.check.forbidding)
+    if design.failed:
+        names = ", ".join(row.quantity for row in design.failed)
         sentences.append(f"The full check of this plate fails: {names}.")
     return sentences
 
@@ -344,9 +323,9 @@ def _binding(design: PlateDesign, best: PlateCandidate, ends: list[str]) -> str:
         return f"No limit binds: {decides}."
     gain, first = design.gains[0], design.objectives[0]
     if len(gain.limits) > 1:
-        return (
-            f"{_capital(' and '.join(gain.limits))} bind together: without all of them the candidates reach"
-            f" {_reached(gain.without, best, first)}, and relaxing one alone gains nothing."
+        return as_sentence(
+            f"{' and '.join(gain.limits)} bind together: without all of them the candidates reach"
+            f" {_reached(gain.without, best, first)}, and relaxing one alone gains nothing"
         )
     name = gain.limits[0]
     row = next(row for row in best.rows if row.quantity == name)
@@ -355,7 +334,7 @@ def _binding(design: PlateDesign, best: PlateCandidate, ends: list[str]) -> str:
     if gain.relaxed is not None:
         slightly = f"relaxed by {percent} it admits {_reached(gain.relaxed, best, first)}"
     without = f"without it {_reached(gain.without, best, first)}, at {place_of(design, gain.without)}"
-    return f"{_capital(name)} binds ({_at_limit(row)}): {slightly}, {without}."
+    return as_sentence(f"{name} binds ({_at_limit(row)}): {slightly}, {without}")
 
 
 def _reached(candidate: PlateCandidate, best: PlateCandidate, first: Objective) -> str:
@@ -374,15 +353,12 @@ def _at_limit(row: CheckRow) -> str:
 
 def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
     """State at which ends of the ranges the best candidate lies."""
-    ends = []
-    for path, value in best.at.items():
-        values = np.asarray(design.axes[path])
-        if len(values) < 2:
-            continue
-        for which, edge in (("smallest", float(np.min(values))), ("largest", float(np.max(values)))):
-            if abs(value - edge) <= SAME * abs(edge):
-                ends.append(f"{path} has the {which} of its values")
-    return ends
+    return [
+        f"{path} has the {which} of its values"
+        for path, value in best.at.items()
+        for which, edge in (("smallest", np.min(design.axes[path])), ("largest", np.max(design.axes[path])))
+        if len(design.axes[path]) > 1 and abs(value - edge) <= SAME * abs(edge)
+    ]
 
 
 def _ratio(row: CheckRow) -> str:
@@ -404,30 +380,20 @@ def _counts(design: PlateDesign) -> str:
 
 
 def _pareto_table(design: PlateDesign) -> Table:
-    chosen = design.pareto
-    if len(chosen) > MOST_SHOWN:
-        places = np.unique(np.round(np.linspace(0, len(chosen) - 1, MOST_SHOWN)).astype(int))
-        chosen = tuple(chosen[place] for place in places)
-    material = ["material"] if any(each.material for each in design.candidates) else []
-    headings = (
-        *material,
-        *design.axes,
-        *(plain(each.name) for each in design.objectives),
-        "closest limit",
-        "strength",
-    )
+    count = min(len(design.pareto), MOST_SHOWN)
+    chosen = [
+        design.pareto[place] for place in np.round(np.linspace(0, len(design.pareto) - 1, count)).astype(int)
+    ]
+    has_material = any(each.material for each in design.candidates)
+    names = [*design.axes, *(plain(each.name) for each in design.objectives)]
+    headings = (*["material"] * has_material, *names, "closest limit", "strength")
     rows = []
     for each in chosen:
+        numbers = [(each.at[path], design.units[path]) for path in design.axes]
+        numbers += [(each.values[one.name], one.unit) for one in design.objectives]
         nearest = result.nearest_limit(each.rows)
-        rows.append(
-            (
-                *([each.material] if material else []),
-                *(result.shown(each.at[path], design.units[path]) for path in design.axes),
-                *(result.shown(each.values[one.name], one.unit) for one in design.objectives),
-                "" if nearest is None else _ratio(nearest),
-                "in doubt" if each.doubts else "",
-            )
-        )
+        row = [*[each.material] * has_material, *(result.shown(*number) for number in numbers)]
+        rows.append((*row, _ratio(nearest) if nearest else "", "in doubt" if each.doubts else ""))
     shown_of = "" if len(chosen) == len(design.pareto) else f", {len(chosen)} of {len(design.pareto)}"
     caption = (
         "Closest limit: the one with the smallest limit/value, and that ratio; of uncertain standing: it is unverified, or may"
@@ -445,7 +411,3 @@ def _forbidden_table(design: PlateDesign) -> Table:
         f"What forbids {len(design.candidates) - len(design.allowed)} of {len(design.candidates)} candidates"
     )
     return Table(title, ("limit", "candidates", "of these by it alone"), rows)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

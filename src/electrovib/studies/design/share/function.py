@@ -15,8 +15,8 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.relations import checked_draws, checked_seed
 from electrovib.solve.meter import Meter, measured
-from electrovib.studies.check import CheckResult, LimitsSource, checked
-from electrovib.studies.design.limits import Limited, Sampled, obtainable, several_limits, widths_of
+from electrovib.studies.check import CheckResult, LimitsSource, checked, declared_limits, several_limits
+from electrovib.studies.design.limits import Limited, Sampled, obtainable, widths_of
 from electrovib.studies.design.search import Function, explore, first_values
 from electrovib.studies.design.share.result import (
     MOST_VALUES,
@@ -100,7 +100,8 @@ def value_for_share(
     """
     base = read_scenario(scenario, changes=set)
     wanted, over = _asked(base, want, free, space, share=share, seed=seed, n=n)
-    given = several_limits(limits, base)
+    given = several_limits(limits)
+    declared_limits(base, given)  # a mistake is reported at once
     numbers = 2 * len(over.paths)
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     drawn = DrawnFingers(base, wanted, over.draw(seed, 0, n))
@@ -110,6 +111,9 @@ def value_for_share(
     ends = wanted.value, wanted.upper
     sampled = _Sampled(drawn, fresh, cover(drawn, *ends), ends, share, seed)
     top = (found := sampled.found()) or sampled.top()
+    method = f"solved at up to {MOST_VALUES} values of the parameter, and between them by Brent's method"
+    if quadratic:
+        method = "proportional to the square of the parameter, one solution each"
     result = DesignedForShare(
         base=base,
         wanted=wanted,
@@ -123,9 +127,7 @@ def value_for_share(
         others=sampled.others(),
         top=top,
         shares=sampled.covered.shares(),
-        method="proportional to the square of the parameter, one solution each"
-        if quadratic
-        else f"solved at up to {MOST_VALUES} values of the parameter, and between them by Brent's method",
+        method=method,
         limits=given,
     )
     return result if result.top is None else _compared(result, result.top, sampled)
@@ -203,14 +205,10 @@ class _Sampled:
 
     def value_with(self, least: int, near: float) -> float:
         """Return the value at which so many draws are just reached, the nearest one; infinite if they never are."""
-        wanted = self.fingers.wanted
-        edges = [
-            edge
-            for start, end in self.covered.where(least)
-            for edge, limit in ((start, wanted.low), (end, wanted.high))
-            if edge != limit
-        ] or [edge for each in self.covered.where(least) for edge in each]
-        return min(edges, key=lambda edge: abs(edge - near), default=math.inf)
+        edges = [edge for each in self.covered.where(least) for edge in each]
+        ends = {self.fingers.wanted.low, self.fingers.wanted.high}  # of the search, where nothing is crossed
+        crossed = [edge for edge in edges if edge not in ends]
+        return min(crossed or edges, key=lambda edge: abs(edge - near), default=math.inf)
 
     def value(self) -> float:
         """Return the value for the wanted share; NaN if it is not reached."""
@@ -227,12 +225,6 @@ class _Sampled:
         found = {each / 100: self.value_with(needed_draws(each / 100, count), begin) for each in several}
         return {share: value if math.isfinite(value) else math.nan for share, value in found.items()}
 
-    def estimate(self) -> Sampled:
-        """Return the value with its 95 % interval."""
-        value = self.value()
-        low, high = (math.nan, math.nan) if math.isnan(value) else self.value_interval(value)
-        return low, value, high
-
     def found(self) -> ShareAt | None:
         """Return the shares at the value for the wanted share; None if it is not reached."""
         value = self.value()
@@ -247,18 +239,20 @@ class _Sampled:
             value = ends[-1] if ends else value
         return None if most == 0 else self.at(value)
 
-    def value_interval(self, value: float) -> tuple[float, float]:
-        """Return the 95 % confidence interval of a value, in the unit of the parameter."""
-        count = self.covered.count
+    def estimate(self) -> Sampled:
+        """Return the value between the ends of its 95 % confidence interval, in the unit of the parameter."""
+        count, value = self.covered.count, self.value()
+        if math.isnan(value):
+            return (math.nan,) * 3
         if self.is_banded:
             random = np.random.default_rng([self.seed, count])
             samples = (self.covered.resampled(random.integers(0, count, count)) for _ in range(RESAMPLED))
             values = np.array([each.best()[0] for each in samples])
             low, high = np.quantile(values[np.isfinite(values)], [0.025, 0.975])
-            return float(low), float(high)
+            return float(low), value, float(high)
         ranks = quantile_ranks(self.share, count)
         ends = [self.value_with(rank, value) if 0 < rank <= count else math.inf for rank in ranks]
-        return min(ends), max(ends)
+        return min(ends), value, max(ends)
 
 
 def _compared(result: DesignedForShare, top: ShareAt, sampled: _Sampled) -> DesignedForShare:

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.answer import REFERENCE, Curve, Document, Panel
+from electrovib.core.answer import REFERENCE, Curve, Document, Panel, as_sentence
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError
@@ -20,7 +20,6 @@ from electrovib.core.units import format_quantity
 from electrovib.scenario import Scenario
 from electrovib.scenario.space import Space
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check import CheckResult, CheckRow
 from electrovib.studies.check.result import not_in_rows, not_shown, shown
 from electrovib.studies.design import search
 from electrovib.studies.design.result import Designed
@@ -196,16 +195,11 @@ class Covered:
     def steps(self) -> tuple[Real, Real, NDArray[np.intp]]:
         """Return the pieces on which the same members fulfil the condition: starts, ends and numbers of members."""
         edges = np.unique(np.concatenate([self.starts, self.ends]))
-        if not len(edges):
-            return np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.intp)
         begun = np.searchsorted(np.sort(self.starts), edges, side="right")
-        finished = np.searchsorted(np.sort(self.ends), edges, side="left")
-        after = begun - np.searchsorted(np.sort(self.ends), edges, side="right")
-        starts = np.concatenate([edges, edges[:-1]])
-        ends = np.concatenate([edges, edges[1:]])
-        numbers = np.concatenate([begun - finished, after[:-1]])
-        order = np.lexsort((ends, starts))
-        return starts[order], ends[order], numbers[order]
+        finished = (np.searchsorted(np.sort(self.ends), edges, side=side) for side in ("left", "right"))
+        numbers = np.column_stack([begun - each for each in finished]).ravel()  # at an edge, and after it
+        both = np.repeat(edges, 2)
+        return both[:-1], both[1:], numbers[:-1]
 
     def shares(self) -> tuple[Real, Real]:
         """Return the ends of these pieces, and the share of the members that fulfil the condition there."""
@@ -297,7 +291,6 @@ class DesignedForShare(Designed):
     top: ShareAt | None
     shares: tuple[Real, Real]
     method: str
-    check: CheckResult | None = None
     checked: int = 0
     unchecked: str = ""
     within: ShareAt | None = None
@@ -311,11 +304,6 @@ class DesignedForShare(Designed):
     def value_interval(self) -> tuple[float, float]:
         """95 % interval of the value for the number of draws; NaN without a value, infinite where they are too few for an end."""
         return (math.nan, math.nan) if self.found is None else self.widths[0].interval or (math.nan, math.nan)
-
-    @property
-    def failed(self) -> tuple[CheckRow, ...]:
-        """Limits that are exceeded at the value."""
-        return () if self.check is None else self.check.forbidding
 
     @property
     def is_achieved(self) -> bool:
@@ -449,7 +437,7 @@ def _limits(design: DesignedForShare) -> list[str]:
         )
     elif design.failed:
         lines.append("No value that was tried is within the limits.")
-    lines += [f"{each[0].upper()}{each[1:]}." for each in not_shown(design.check.rows)]
+    lines += map(as_sentence, not_shown(design.check.rows))
     lines.append(
         f"The limits were compared for the scenario as it is and for {design.checked} draws, those with the largest quantity and"
         " those at either end of every drawn parameter, not for all draws."
