@@ -91,19 +91,27 @@ def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
 def refuse_nonlinear(scenario: Scenario) -> None:
     """Refuse a scenario whose stack does not respond linearly to the drive."""
     leaky = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
-    not_quadratic = "so the force is not proportional to the square of the voltage; declare"
-    problems = {
-        f"stack.{name}.leak: the conduction is not ohmic, {not_quadratic} a conductivity in place of the leak": True
-        for name in leaky[:1]
-    } | {
-        f"contact: the gap follows load and attraction, {not_quadratic} a fixed gap, for instance with contact.model ="
-        " 'FixedArea'": scenario.contact.closing is not None,
-        "motion.distance: the gap changes with time, so the gain of the force does too; omit"
-        " motion.distance": scenario.motion.moved_gap is not None,
-        "motion: the sliding film leaves the contact with its charge, which the gain at one frequency does not contain; omit"
-        " the renewal of the film": scenario.motion.renews_film,
-    }
-    refuse([why for why, is_so in problems.items() if is_so])
+    problems = []
+    if leaky:
+        problems.append(
+            f"stack.{leaky[0]}.leak: the conduction is not ohmic, so the force is not proportional to the square of the"
+            " voltage; declare a conductivity in place of the leak"
+        )
+    if scenario.contact.closing is not None:
+        problems.append(
+            "contact: the gap follows load and attraction, so the force is not proportional to the square of the voltage;"
+            " declare a fixed gap, for instance with contact.model = 'FixedArea'"
+        )
+    if scenario.motion.moved_gap is not None:
+        problems.append(
+            "motion.distance: the gap changes with time, so the gain of the force does too; omit motion.distance"
+        )
+    if scenario.motion.renews_film:
+        problems.append(
+            "motion: the sliding film leaves the contact with its charge, which the gain at one frequency does not contain;"
+            " omit the renewal of the film"
+        )
+    refuse(problems)
 
 
 SENSE: Final = 1e3

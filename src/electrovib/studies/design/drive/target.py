@@ -158,25 +158,27 @@ def _of_text(text: str) -> Target:
     def read(part: str, unit: str) -> float:
         return read_number(part, unit, "target")
 
-    def needed(good: bool, wanted: str) -> None:
+    def refuse(good: bool, wanted: str) -> None:
         if not good:
             raise InputError(f"expected {wanted}", path="target", value=text)
 
-    needed(found is not None, TEXTS)
+    refuse(found is not None, TEXTS)
     assert found is not None
-    *others, duration = found.groups()
-    frequency = 0.0 if lowered == "constant" else read(others.pop(0), "Hz")
-    needed(lowered == "constant" or frequency > 0, "a frequency above 0 Hz")
-    *lower, high = (read(each, "N") for each in others if each is not None)
-    low = lower[0] if lower else 0.0
-    end = read(duration, "s") if duration else PERIODS / frequency if frequency else HOLD
-    needed(end > 0, "a duration above 0 s")
     if lowered == "constant":
-        needed(high >= 0, "a force of 0 N or more")
-        words = f"a constant force of {_shown(high, 'N')} for {_shown(end, 's')}"
-        times, forces = np.array([0.0, end]), np.array([high, high])
+        force, duration = found.groups()
+        level, end = read(force, "N"), HOLD if duration is None else read(duration, "s")
+        refuse(level >= 0, "a force of 0 N or more")
+        refuse(end > 0, "a duration above 0 s")
+        words = f"a constant force of {_shown(level, 'N')} for {_shown(end, 's')}"
+        times, forces = np.array([0.0, end]), np.array([level, level])
         return SampledTarget(text=words, duration=end, highest_frequency=0.0, times=times, forces=forces)
-    needed(0 <= low < high, "forces of 0 N or more, the lower one first")
+    often, first, second, duration = found.groups()
+    frequency = read(often, "Hz")
+    refuse(frequency > 0, "a frequency above 0 Hz")
+    low, high = (0.0, read(first, "N")) if second is None else (read(first, "N"), read(second, "N"))
+    refuse(0 <= low < high, "forces of 0 N or more, the lower one first")
+    end = PERIODS / frequency if duration is None else read(duration, "s")
+    refuse(end > 0, "a duration above 0 s")
     lowest = _shown(low, "N")
     words = (
         f"a force between {lowest} and {_shown(high, 'N')} at {_shown(frequency, 'Hz')} for {_shown(end, 's')}, which"
