@@ -253,7 +253,7 @@ def test_all_wrong_arguments_are_told_at_once_with_what_is_taken():
         ev.study(SINE, SPACE, n="1,000", seed=1)
     with pytest.raises(InputError, match="edges = 'up': measure_times takes 'both' or 'rising' or 'falling'"):
         ev.measure_times(RECORD, edges="up")
-    with pytest.raises(InputError, match="over = .*: sweep takes a list of a text or a table of"):
+    with pytest.raises(InputError, match=r"over = .*: sweep takes a list of a text or a table of"):
         ev.sweep(SINE, {"drive.amplitude": ["40 V", "80 q", None]})
     with pytest.raises(InputError, match=r"noise = .*: plan_experiment takes 2 values"):
         ev.plan_experiment(SINE, LAWS, over={}, space=SPACE, noise=(1, 2, 3))

@@ -227,7 +227,7 @@ class Reproduction(Answer):
         formulas = tuple((f"({number})", text) for number, text in self.equations.items())
         title = f"Warnings on the paper's own scenarios: {len(self.diagnostics)}"
         told = tuple((each.state, each.text) for each in self.diagnostics)
-        warnings = [Table(title, ("", ""), told, looks={0: "state"})] * bool(told)
+        warnings = [Table(title, ("", ""), told, looks={0: "state"})] if told else []
         further: list[Page | Table | Shown] = [
             *_rows(self, "Numbers of the paper", COMPARED, caption=_VERDICTS),
             *warnings,
@@ -290,7 +290,8 @@ def _in_terminal(found: Reproduction, warnings: Sequence[Table]) -> list[Table]:
         "paper": lambda row: row.said if row.verdict in COMPARED else "",
     }
     tables = [replace(_groups(part), title=part.title, caption=part.words) for part in found.parts]
-    tables = tables or [Table.of("", found.ordered, columns)] * bool(found.rows)
+    if found.rows and not tables:
+        tables = [Table.of("", found.ordered, columns)]
     if found.parts:  # of rows alone the count is the first sentence
         tables[-1] = replace(tables[-1], caption=" ".join(filter(None, [tables[-1].caption, count])))
     return [replace(each, on_page=False) for each in (*tables, *warnings)]
@@ -328,7 +329,7 @@ def _rows(found: Reproduction, title: str, verdicts: Sequence[str], *, caption: 
     rows = [row for row in found.ordered if row.verdict in verdicts]
     filled = tuple(place for place, cell in enumerate(columns.values()) if any(map(cell, rows)))
     looks = {0: "state", 2: "what", 3: "words", 4: "number"}
-    return [Table.of(title, rows, columns, caption=caption, shown=filled, looks=looks)] * bool(rows)
+    return [Table.of(title, rows, columns, caption=caption, shown=filled, looks=looks)] if rows else []
 
 
 def to_csv(panel: Panel) -> str:

@@ -319,8 +319,10 @@ class Sensitivity(Answer):
             (
                 each.name,
                 ", ".join(path for path in each.paths if path != each.name),
-                *(f"{each.first:z.3f}", _interval(each.first_interval)),
-                *(f"{each.total:z.3f}", _interval(each.total_interval)),
+                f"{each.first:z.3f}",
+                _interval(each.first_interval),
+                f"{each.total:z.3f}",
+                _interval(each.total_interval),
             )
             for each in self.indices
         )
@@ -350,12 +352,15 @@ class Sensitivity(Answer):
     def _between(self) -> str:
         """State the part of the variance that is due to inputs together."""
         rest = 1 - sum(each.first for each in self.indices)
-        text = f" Interactions of the inputs hold {100 * rest:.0f} % of the variance."
-        return text * (rest > _NEGLIGIBLE)
+        if rest <= _NEGLIGIBLE:
+            return ""
+        return f" Interactions of the inputs hold {100 * rest:.0f} % of the variance."
 
     def _idle(self) -> str:
         idle = [each.name for each in self.indices if each.total_interval[1] < _NEGLIGIBLE]
-        return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}." * bool(idle)
+        if not idle:
+            return ""
+        return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}."
 
 
 def _named(each: InputIndices) -> str:

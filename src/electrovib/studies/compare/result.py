@@ -161,7 +161,9 @@ def tables(entries: Sequence[Entry], left_out: Mapping[str, str], scenario: Scen
         "law": lambda entry: entry.name,
         "stress evaluated in": lambda entry: entry.evaluation_surface,
         "source status": lambda entry: entry.status,
-        "static force": lambda entry: _force(entry.static) + " (beyond breakdown)" * bool(entry.breakdown),
+        "static force": lambda entry: (
+            f"{_force(entry.static)}{' (beyond breakdown)' if entry.breakdown else ''}"
+        ),
         "relative to the gap": lambda entry: f"{entry.ratio:.4g}",
         "50 us after a step": lambda entry: _force(entry.early),
         "50 ms after": lambda entry: _force(entry.late),
@@ -216,7 +218,7 @@ def _in_size(entries: Sequence[Entry]) -> str:
     return (
         "All static laws follow from one electric displacement, divided by the permittivity of the medium in which each"
         " evaluates the Maxwell stress. Finger and plate can separate only in the gap, so the stress in the gap is the"
-        f" physical one{differ * (len(entries) > 1)}."
+        f" physical one{differ if len(entries) > 1 else ''}."
     )
 
 

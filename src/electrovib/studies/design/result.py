@@ -378,10 +378,12 @@ def _limits(found: DesignedParameter) -> list[str]:
 
 def _influences(found: DesignedParameter) -> list[str]:
     listed = [f"{each.path} ({each.shown}) {each.value:+.2g}" for each in _notable(found)[:_MOST_INFLUENCES]]
+    if not listed:
+        return []
+    of, same = found.wanted.free, found.wanted.name
     return [
-        f"Elasticities of {found.wanted.free} (its relative change over that of the parameter, for the same"
-        f" {found.wanted.name}): {', '.join(listed)}."
-    ] * bool(listed)
+        f"Elasticities of {of} (its relative change over that of the parameter, for the same {same}): {', '.join(listed)}."
+    ]
 
 
 def _notable(found: DesignedParameter) -> list[Elasticity]:
