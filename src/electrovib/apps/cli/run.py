@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import chosen, say, show_answer
+from electrovib.apps.cli.terminal import answered, chosen, say, show_answer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -61,8 +61,9 @@ def run(
     from electrovib.scenario import scenario_of
 
     if states:
-        options.only(context, "scenario set states voltage", "--states")
-        return _print_states(scenario, options.changes(set), voltage)
+        options.only(context, "scenario set states voltage output all", "--states")
+        shown = options.given(output=output, all=all, force=force)
+        return _print_states(scenario, options.changes(set), voltage, shown)
     if _is_measured(scenario):
         of = "a measured Trace, of which only what is felt is computed"
         options.only(context, "scenario set all", of)
@@ -118,21 +119,21 @@ def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
     return [*said.sentences[1 if found.title else 0 :], *said.remarks]
 
 
-def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None) -> None:
-    from electrovib.apps.progress import tracked
+def _print_states(scenario: str, changes: dict[str, Any], voltage: str | None, shown: dict[str, Any]) -> None:
     from electrovib.core.units import number_in
     from electrovib.physics.roughness import PullingSpots
     from electrovib.scenario import read_scenario
-    from electrovib.solve.equilibrium import equilibrium
+    from electrovib.solve.equilibrium import Balance, equilibrium
 
-    found = read_scenario(scenario, changes=changes)
-    held = number_in("V", "--voltage", voltage) if voltage else None
-    with tracked("finding equilibria"):
+    def balance() -> Balance:
+        found = read_scenario(scenario, changes=changes)
+        held = number_in("V", "--voltage", voltage) if voltage else None
         surface = found.contact.surface
         rough = surface is not None and surface.is_rough
-        balance = equilibrium(found, voltage=held, spots=PullingSpots() if rough else None)
-    show_answer(balance)
-    say(*chosen(found, scenario))
+        return equilibrium(found, voltage=held, spots=PullingSpots() if rough else None)
+
+    answered(Balance, balance, "finding equilibria", shown)
+    say(*chosen(read_scenario(scenario, changes=changes), scenario))
 
 
 def summary(
