@@ -400,4 +400,10 @@ def export(
 
 def edge_of(text: str | None) -> dict[str, Any]:
     """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
-    return {"edge": text if text == "line" else number_in("s", "--edge", text)} if text else {}
+    if not text or text == "line":
+        return {"edge": text} if text else {}
+    try:
+        return {"edge": number_in("s", "--edge", text)}
+    except InputError:
+        why = "expected a time, for instance '10 us', in which an output that holds its samples steps, or 'line' for one that joins"
+        raise InputError(f"{why} them by straight lines", path="--edge", value=text) from None
