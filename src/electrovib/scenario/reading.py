@@ -171,7 +171,9 @@ def paper_scenario(name: str) -> Scenario:
         raise InputError(why)
     if why := other_kind(Path(name), "a scenario"):
         is_missing = not (kind_of(name) or is_address(Path(name)))
-        raise InputError(f"{name}: there is no such file.{_near_file(name)}" if is_missing else f"'{name}' {why}")
+        raise InputError(
+            f"{name}: there is no such file.{_near_file(name)}" if is_missing else f"'{name}' {why}"
+        )
     if kind_of(f"{name}.toml") == "file":
         raise InputError(
             f"'{name}' is neither a file nor a paper's scenario, but '{name}.toml' is a file; give that name"
