@@ -405,5 +405,6 @@ def edge_of(text: str | None) -> dict[str, Any]:
     try:
         return {"edge": number_in("s", "--edge", text)}
     except InputError:
-        why = "expected a time, for instance '10 us', in which an output that holds its samples steps, or 'line' for one that joins"
-        raise InputError(f"{why} them by straight lines", path="--edge", value=text) from None
+        steps = "expected a time, for instance '10 us', in which an output that holds its samples steps"
+        lines = "or 'line' for one that joins them by straight lines"
+        raise InputError(f"{steps}, {lines}", path="--edge", value=text) from None
