@@ -53,7 +53,7 @@ def run(
     states
         Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.
     voltage : VOLTAGE
-        Of --states: voltage that is held, such as '100 V'; by default the largest of the drive.
+        Of --states: voltage that is held, such as '100 V'; by default the largest of the drive behind its amplifier.
     output : FILE|DIR
         Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
     """

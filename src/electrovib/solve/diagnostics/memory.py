@@ -198,7 +198,7 @@ def jump_errors(
     }
     amplitudes = {name: row[here] for name, row in found.items() if isinstance(name, AmplitudeOf)}
     if amplitudes and scenario.force.causal:
-        exact = dict.fromkeys(amplitudes, 0.0)
+        exact: dict[Key, float] = dict.fromkeys(amplitudes, 0.0)
         worst = np.max(_of_force(scenario, times[here], amplitudes, off, exact)) / SAFETY
         errors[FORCE] = float(worst) / (float(np.max(np.abs(answer.attraction))) or np.inf)
     return errors
