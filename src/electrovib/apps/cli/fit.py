@@ -231,7 +231,7 @@ def _end(found: "Answer", output: str | None, *, everything: bool, misfit: bool)
 
     show_answer(found, everything=everything)
     if output:
-        say(written(output, lambda: found.document))
+        say(written(output, lambda: found.document, found.files))
     if misfit:
         raise typer.Exit(MISFIT)
 

@@ -92,7 +92,7 @@ def fit_material(
     found = fit_material(files, SpectrumRecipe(**entries), errors=errors, **asked)
     show_answer(found)
     if output:
-        say(written(output, lambda: found.document))
+        say(written(output, lambda: found.document, found.files))
 
 
 def fit_power_law(
@@ -238,7 +238,7 @@ def fit_contact(
     say(*_omitted(omitted))
     if output is not None:
         save_answer(answers[-1], output, force=force)
-        say(written(output, lambda: answers[-1].document))
+        say(written(output, lambda: answers[-1].document, answers[-1].files))
 
 
 def _of_tables(

@@ -186,7 +186,7 @@ def _written(path: str, trace: Any) -> str:
 
         return document_of({"": trace})
 
-    return written(path, document)
+    return written(path, document, (".csv",))
 
 
 def _range(trace: Any, name: str, ends: "Mapping[str, float]") -> str:

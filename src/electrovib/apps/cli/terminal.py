@@ -191,7 +191,7 @@ def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
     from electrovib.view.files import written
 
     save(found, output, force=force)
-    return [written(output, lambda: found.document)]
+    return [written(output, lambda: found.document, found.files)]
 
 
 def is_map(trace: Any) -> bool:
