@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import DataFileError, NoColumnError, suggestion
+from electrovib.core.errors import DataFileError, NoColumnError, NoHeadingsError, suggestion
 from electrovib.data.recorded import (
     MOST_COLUMNS,
     ChannelClock,
@@ -128,9 +128,8 @@ def _chosen(
     name, unit = (column, "") if column in names else name_and_known_unit(column)
     if unit.isdigit() or name not in names:
         if names and all(_NUMBERED.fullmatch(each) for each in names):
-            raise DataFileError(
-                f"has no headings; ask for column '{column}' by its number, 0 first.", path=path
-            )
+            why = f"has no headings; ask for column '{column}' by its number, 0 first."
+            raise NoHeadingsError(why, path=path, column=column)
         near = suggestion(column, names)
         why = f"there is no column '{column}'.{near} It has: {listed or 'nothing'}."
         raise NoColumnError(why, path=path, column=column)

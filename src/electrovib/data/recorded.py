@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
-from electrovib.core.errors import DataFileError, InputError, NoColumnError, suggestion
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, NoHeadingsError, suggestion
 from electrovib.core.units import KINDS
 from electrovib.data.guarded import packed
 from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit, name_and_unit
@@ -214,7 +214,8 @@ def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -
             )
         return column
     if not headings:
-        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.", path=path)
+        why = f"has no headings; ask for column '{column}' by its number, 0 first."
+        raise NoHeadingsError(why, path=path, column=column)
     names = [name_and_known_unit(heading)[0] for heading in headings]
     for known in (list(headings), names):
         if known.count(column) > 1:

@@ -95,6 +95,7 @@ def test_all_mistakes_of_file_options_and_outputs_are_told_at_once(here, refused
         ("time,voltage\n0,0\n", ["row"]),
         ("time,voltage\n0,0\n1e-3,1\n1e-3,2\n2e-3,0\n", ["repeats", "KeepIncreasing"]),
         ("t,voltage\n0,0\n1,1\n", ["time"]),
+        ("0 0\n1 5\n", ["by its number, 0 first", "time_column = 0, voltage_column = 1."]),
     ],
 )
 def test_a_faulty_drive_file_is_told_with_its_place(content, words, here, refused):
