@@ -512,3 +512,6 @@ def test_right_at_a_step_the_error_is_that_at_infinite_frequency(count):
     said = diagnostics(trace)["memory"]
     assert ("right at a discontinuity of the drive" in said["text"]) == (trace.attrs["transfer_error"] > 0.01)
     assert simulate(scenario, time=times[1:]).attrs["attraction_error"] < 1e-4
+    for amplifier in ({"bandwidth": 1e5}, {"source_current": 1e-3, "stray_capacitance": 1e-10}):
+        behind = scenario.replace({"circuit.amplifier": amplifier})
+        assert simulate(behind, time=times[:81]).attrs["attraction_error"] < 1e-4

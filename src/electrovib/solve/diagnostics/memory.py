@@ -175,11 +175,12 @@ def jump_errors(
     """Return the errors, over the peaks, of a response at discontinuities of the drive among its times (n,) [s].
 
     There the response is that of infinite frequency, at which a sum of Debye relaxations has the permittivity of what it
-    leaves out at the end of its band. Of a table that is not known; behind a bandwidth there is no discontinuity.
+    leaves out at the end of its band. Of a table that is not known; behind a bandwidth or a largest current nothing jumps.
     """
     supply, drive = scenario.circuit.supply, scenario.drive
     here = np.flatnonzero(_at_corner(drive, times, bends=False))
-    if not here.size or np.isfinite(known[1]) or supply.bandwidth or drive.quantity == "current":
+    follows_later = bool(supply.bandwidth) or bool(np.all(np.isfinite(supply.current_limits)))
+    if not here.size or np.isfinite(known[1]) or follows_later or drive.quantity == "current":
         return {}
     marks, heights = drive.corners(max(float(times[-1]), drive.period or 0.0))
     first = float(drive.voltage(0.0))
