@@ -492,3 +492,26 @@ def test_what_initial_charge_leaves_behind(resistance):
     error = largest_error(found_in(trace, "skin"), laplace(skin_voltage, times))
     assert error <= trace.attrs["transfer_error"] < 30 * max(error, 1e-6)
     assert error < 1e-3
+
+
+@pytest.mark.parametrize("count", [81, 4001])
+def test_right_at_a_step_the_error_is_that_at_infinite_frequency(count):
+    """There film and skin, with the permittivity far above its relaxation, share the voltage of a source without resistance."""
+    skin = {"model": "ColeCole", "permittivity_high": 4.0, "conductivity": 1e-6} | {
+        "terms": [{"strength": 3e4, "relaxation_time": 1.6e-3, "broadening": 0.2}]
+    }
+    changes = {"drive": {"model": "Step", "level": 100.0}, "force": {"model": "MaxwellStressInGap"}}
+    changes |= {"stack.stratum_corneum.material": skin, "circuit.return_path.resistance": 0.0}
+    scenario, times = load("vezzoli_2014/fig6", changes=changes), np.linspace(0.0, 20e-3, count)
+    trace, field = simulate(scenario, time=times), 100.0 / (FILM[0] / FILM[1] + SKIN / 4.0)
+    found = trace.electrostatic_force.values
+    missed = abs(found[0] - AREA * eps0 / 2 * field**2) / found.max()
+    assert missed > 5e-3
+    assert trace.attrs["attraction_error"] == pytest.approx(missed, rel=0.01)
+    assert trace.attrs["transfer_error"] >= missed / 2
+    said = diagnostics(trace)["memory"]
+    assert ("right at a discontinuity of the drive" in said["text"]) == (trace.attrs["transfer_error"] > 0.01)
+    assert simulate(scenario, time=times[1:]).attrs["attraction_error"] < 1e-4
+    for amplifier in ({"bandwidth": 1e5}, {"source_current": 1e-3, "stray_capacitance": 1e-10}):
+        behind = scenario.replace({"circuit.amplifier": amplifier})
+        assert simulate(behind, time=times[:81]).attrs["attraction_error"] < 1e-4

@@ -1,17 +1,22 @@
 """Skin that sticks and slips: closed forms, the linear criterion, the order, the energy, and a second route."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenario_parts import largest, powers
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
+from electrovib.scenario import load
 from electrovib.solve.mechanics.skin import DAMPER, HEAT, OVER_PLATE, WORK, SlidingSkin, skin_of
 from electrovib.solve.mechanics.sliding import Sliding, sliding
+from electrovib.solve.simulate import simulate
 
 COULOMB = Coulomb(coefficient=0.5)
 STRENGTH = 0.3
@@ -406,3 +411,28 @@ def test_a_steady_slide_costs_nothing():
 def test_refusals(given_numbers, sentence):
     with pytest.raises(InputError, match=sentence):
         slid(STICKY, np.linspace(0, 1, 11), **given_numbers)
+
+
+@pytest.mark.parametrize(("damping", "speed"), [(1e2, 1e-2), pytest.param(1e4, 0.03, marks=pytest.mark.slow)])
+def test_damped_bristles_under_nearly_no_load_miss_no_more_than_is_stated(damping, speed):
+    """Twice in each cycle the strength all but vanishes, and the rate of the deflection is that of the speed."""
+    friction = {"model": "LuGre", "steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 5e3}
+    friction |= {"static_ratio": 1.5, "stribeck_speed": 5e-3, "bristle_damping": damping}
+    changes = {"load.normal_force": 1e-7, "motion.speed": speed, "friction": friction}
+    slides = load("bau_2010/sine", changes=changes | {"time.initial_state": {"model": "AtRest"}})
+    times = np.linspace(0.0, 0.02, 401)
+    trace, fine = simulate(slides, time=times), np.linspace(0.0, times[-1], 100_001)
+    attraction = simulate(slides.replace({"friction": friction["steady"]}), time=fine).electrostatic_force
+    strength = CubicSpline(fine, 0.5 * (1e-7 + attraction.values))
+    level = 1 + 0.5 * np.exp(-((speed / 5e-3) ** 2))
+
+    def rate(time, deflection):
+        return speed * (1 - 5e3 * deflection / (level * strength(time)))
+
+    found = [level * float(strength(0.0)) / 5e3]
+    for begin, end in itertools.pairwise(times):
+        solved = solve_ivp(rate, (begin, end), found[-1:], method="Radau", rtol=1e-10, atol=1e-19)
+        found.append(solved.y[0, -1])
+    expected = 5e3 * np.array(found) + damping * rate(times, np.array(found))
+    missed = np.max(np.abs(trace.lateral_force.values - expected)) / np.max(np.abs(expected))
+    assert missed < trace.attrs["mechanics_error"] < 1e-4

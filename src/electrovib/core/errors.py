@@ -117,6 +117,10 @@ class NoColumnError(DataFileError):
         self.column = column
 
 
+class NoHeadingsError(NoColumnError):
+    """A file without headings, whose columns have numbers alone."""
+
+
 class NotCausalError(ElectrovibError):
     """A time-domain response was requested of a law that has none."""
 

@@ -55,7 +55,7 @@ def wants(model: type[Model], value: object) -> str:
         'expected "author_year/name" of a paper, or a table' if model.offered_by else "expected a table"
     )
     if not model.is_family:
-        return f"{expected} of parameters of {model.__name__}"
+        return f"{expected} of parameters of {model.__name__}{model.how_to_omit}"
     return f'{expected} that names a {model.__name__} model, {{ model = "..." }}.{near_members(model, str(value))}'
 
 

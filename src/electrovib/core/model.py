@@ -173,6 +173,8 @@ class Model(Immutable, DeclaresFile, Written):
     """How stored and derived parameters go together, for the list of models."""
     offered_by: ClassVar[tuple[str, ...]] = ()
     """Functions of papers that offer ready-made ones, which can then be named ``author_year/name``."""
+    how_to_omit: ClassVar[str] = ""
+    """How to do without a part, for who gives a word such as ``none`` in the place of its table."""
 
     def __init_subclass__(cls, *, family: bool = False, **kwargs: Any) -> None:
         """Keep classes abstract or final."""

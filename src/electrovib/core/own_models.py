@@ -33,10 +33,9 @@ def use_models(file: str | Path) -> ModuleType:
         _used[path] = imported  # by another file
     if path in _used:
         return _used[path]
-    if kind_of(path) != "file":
-        raise InputError(
-            f"--models {file}: there is no such file; expected a Python file that defines models"
-        )
+    if (kind := kind_of(path)) != "file":
+        what = "is a folder" if kind == "folder" else "there is no such file"
+        raise InputError(f"--models {file}: {what}; expected a Python file that defines models")
     spec = importlib.util.spec_from_file_location(_module_name(path), path)
     if spec is None or spec.loader is None:
         raise InputError(f"--models {file}: expected a Python file, which ends in .py")

@@ -101,17 +101,16 @@ class Changed:
                 self._refuse(content, path, name, values)
                 continue
             part, is_own = own.part(name) if own is not None else None, owner is not None and not is_fresh
-            values.update(
-                {None: self._read(own, name, values[None], where)} if is_own and None in values else {}
-            )
-            if values.get(None) is _NOTHING:
+            try:
+                if is_own and values.get(None) is not None and (quantity := _quantity(own, name)) is not None:
+                    values[None] = quantity.read(values[None])
+            except PydanticCustomError as error:
+                self.problems.append(Problem(error.message(), path=where, value=shown(values[None])))
                 continue
             found = self.within(values, content.get(name), part, where, fresh=is_fresh)
-            if is_own and None in values:
-                own_parameters[name] = found
-                continue
-            content[name] = found
-            self.stored |= {where: found} if None in values else {}
+            is_parameter = is_own and None in values
+            (own_parameters if is_parameter else content)[name] = found
+            self.stored |= {where: found} if None in values and not is_parameter else {}
         return _read_anew(content | self._stored_by(owner, path, own_parameters, given), given)
 
     def opened(self, kind: type[Model] | None, value: Any, path: str) -> Any:
@@ -191,15 +190,6 @@ class Changed:
             if None in each:
                 self.stored[where] = places[place]
         return places
-
-    def _read(self, own: type[Model], name: str, value: Any, where: str) -> Any:
-        """Return the number of a physical parameter, anything else as it is, or nothing after a refusal."""
-        quantity = None if value is None else _quantity(own, name)
-        try:
-            return value if quantity is None else quantity.read(value)
-        except PydanticCustomError as error:
-            self.problems.append(Problem(error.message(), path=where, value=shown(value)))
-            return _NOTHING
 
     def _stored_by(self, owner: Any, path: str, read: dict[str, Any], given: Given) -> dict[str, Any]:
         """Return parameters of a model as those that it stores; what is refused is shown as it was given."""

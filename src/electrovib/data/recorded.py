@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.budget import content_allowed, megabytes
-from electrovib.core.errors import DataFileError, InputError, NoColumnError, suggestion
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, NoHeadingsError, suggestion
 from electrovib.core.units import KINDS
 from electrovib.data.guarded import packed
 from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit, name_and_unit
@@ -221,7 +221,8 @@ def choose(
         if name in known and not stated.isdigit():
             return list(known).index(name), stated
     if names and all(map(_NUMBERED.fullmatch, names)):
-        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.")
+        why = f"has no headings; ask for column '{column}' by its number, 0 first."
+        raise NoHeadingsError(why, column=column)
     why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
     raise NoColumnError(why, column=column)
 

@@ -314,7 +314,7 @@ def write_design(
     suffix = place.suffix.lower()
     if suffix not in {".toml", *WAVEFORM_FORMATS}:
         save_answer(found, place, force=force)
-        return [written(place, lambda: found.document)]
+        return [written(place, lambda: found.document, found.files)]
     if found.scenario is None:
         raise InputError(
             "there is no result within the limits that could be written; nothing was written. All numbers are written as .json",

@@ -47,6 +47,10 @@ class Layer(Model):
     Only a gap may be without a material: it is vacuum. `Stack` refuses any other layer that names none.
     """
 
+    how_to_omit: ClassVar[str] = (
+        "; to leave a layer out, delete its table in the file of the scenario ('electrovib init SCENARIO -o my.toml' writes"
+        " one), or give all other layers by --set stack='{ NAME = { ... }, ... }'"
+    )
     equation: ClassVar[Mapping[str, str]] = {
         "impedance": "thickness/(2*pi*I*frequency*eps0*material.complex_permittivity(frequency))",
     }

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from electrovib.core.discovery import offers, paper
-from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, NoHeadingsError, Problem
 from electrovib.core.files import note_input
 from electrovib.core.mistakes import shown
 from electrovib.core.model import Model, read_model
@@ -54,17 +54,20 @@ def _read(file: Path, model: type[Model], table: Mapping[str, Any]) -> dict[str,
             return {**variant, **read_columns(file, asked)}
         except NoColumnError as error:
             more = "".join(each.otherwise for each in columns.values() if each.name == error.column)
-            more = more or _how_to_name(model, table, error.column, file)
+            more = more or _how_to_name(model, table, error, file)
             missing.append(DataFileError(problem.followed_by(more) for problem in error.problems))
     raise missing[0]
 
 
-def _how_to_name(model: type[Model], table: Mapping[str, Any], column: str, file: Path) -> str:
+def _how_to_name(model: type[Model], table: Mapping[str, Any], error: NoColumnError, file: Path) -> str:
     """Name the parameter that chooses a column, and the command that reads what an instrument writes around a table."""
     defaults = {name: field.default for name, field in model.model_fields.items() if name.endswith("_column")}
-    key = next((name for name, default in defaults.items() if table.get(name, default) == column), "")
+    key = next((name for name, default in defaults.items() if table.get(name, default) == error.column), "")
     if not key:
         return ""
+    if isinstance(error, NoHeadingsError):
+        numbers = ", ".join(f"{name} = {number}" for number, name in enumerate(defaults))
+        return f" In the table of the model: {numbers}."
     if file.suffix.lower() in (".nc", ".mat"):
         return f' Name another by {key} = "...".'
     return (

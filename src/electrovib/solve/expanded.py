@@ -20,6 +20,7 @@ from electrovib.solve.diagnostics.memory import (
     CURRENT,
     answer_errors,
     extremes,
+    jump_errors,
     known_band,
     memory_diagnostics,
 )
@@ -417,7 +418,8 @@ class Expanded:
         (errors,) = answer_errors(
             [self.scenario], self.section, seen.solution, times, known=known, noted=seen.noted
         )
-        return seen.times, errors
+        jumps = jump_errors(self.scenario, self.section, record.solution, record.times, known)
+        return seen.times, {name: each._replace(jump=jumps.get(name, 0.0)) for name, each in errors.items()}
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
         """Return the errors that a Trace states."""
@@ -425,7 +427,7 @@ class Expanded:
         if self.scenario.force.causal:
             found["transfer_error"] = max(self.over_frequency[0], worst_of(errors))
         if OF_FORCE in errors:
-            found["attraction_error"] = errors[OF_FORCE].of_peak
+            found["attraction_error"] = max(errors[OF_FORCE].of_peak, errors[OF_FORCE].jump)
         return found
 
     @functools.cached_property
@@ -478,7 +480,8 @@ def since_corners(corners: Real, times: Real) -> Real:
 
 def worst_of(errors: Mapping[Key, Judged]) -> float:
     """Return the largest relative error of fields, voltages and attraction [1]; that of the current is reported apart."""
-    return max((found.error for name, found in errors.items() if name != CURRENT), default=0.0)
+    judged = [found for name, found in errors.items() if name != CURRENT]
+    return max((max(found.error, found.jump) for found in judged), default=0.0)
 
 
 def transfer_error(

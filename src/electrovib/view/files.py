@@ -125,11 +125,15 @@ def save_answer(found: Answer, path: str | Path, *, force: bool = False) -> list
     return save_document(found.document, path, found.files, found.content, force=force)
 
 
-def written(path: str | Path, document: Callable[[], Document]) -> str:
-    """Say that a document was written, and how many figures it has where the file holds one of them."""
-    single = Path(path).suffix.lower() in FIGURES
-    count = sum(len(parts(each)) for each in document().figures) if single else 1
-    return f"written: {path}" + (f", one of {count} figures; a folder has all of them" if count > 1 else "")
+def written(path: str | Path, document: Callable[[], Document], files: Iterable[str] = NO_FILES) -> str:
+    """Say that a document with these files of its own was written, and how many figures or tables where a file holds one."""
+    suffix, count, what = Path(path).suffix.lower(), 1, "figures; a folder has all of them"
+    if suffix in FIGURES:
+        count = sum(len(parts(each)) for each in document().figures)
+    elif suffix == ".csv" and not any(each.endswith(suffix) for each in files):
+        shown = document()
+        count, what = len([*shown.numbers, *shown.tables]), "tables; .tex, .html and .txt have all of them"
+    return f"written: {path}" + (f", one of {count} {what}" if count > 1 else "")
 
 
 def is_file(place: Path) -> bool:

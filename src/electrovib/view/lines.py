@@ -398,7 +398,7 @@ def _widest(ax: Axes, handles: Sequence[Any], labels: Sequence[str], words: dict
     for columns in range(len(labels), 0, -1):
         legend = ax.legend(handles, labels, loc="upper left", ncols=columns, **words)
         legend.set_in_layout(False)
-        if legend.get_window_extent().width <= ax.bbox.width:
+        if legend.get_window_extent().width + _pixels(ax, 3 * _CLEAR) <= ax.bbox.width:
             break
     return legend
 

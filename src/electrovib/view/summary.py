@@ -415,13 +415,13 @@ def quantities_of_scenario(
 
 
 def not_known(trace: xarray.Dataset, name: str) -> str:
-    """State the share of the times at which a friction is unknown, because the finger rests; empty where it is known."""
+    """State for which part of a run a friction is unknown, because the finger rests; empty where it is known."""
     if name not in trace or not any(each.name == "friction at rest" for each in diagnostics_of(trace)):
         return ""
-    share = float(trace[name].isnull().mean())
-    if not share:
+    unknown = trace[name].isnull()
+    if not bool(unknown.any()):
         return ""
-    when = "" if share == 1 else f" at {100 * share:.3g} % of the times"
+    when = "" if bool(unknown.all()) else f" for {100 * float(_mean(unknown)):.3g} % of the time"
     return f"not known{when} (the finger rests)"
 
 

@@ -57,6 +57,15 @@ def test_a_papers_scenario_names_what_its_paper_does_not_give(said):
     assert "stack.gap.thickness" in chosen(states)
 
 
+def test_the_states_of_a_gap_are_written_as_any_answer(said, here):
+    spring = '{ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
+    asked = f"run bau_2010/sine --states --voltage '9 V' --set contact.surface='{spring}'"
+    for name in ("states.csv", "states.html", "states.txt", "states"):
+        assert f"written: {name}" in said(f"{asked} -o {name}")
+    assert "4.987 um,1.304 mN,1 cm2,stable" in (here / "states.csv").read_text()
+    assert (here / "states/report.html").exists()
+
+
 def test_what_a_user_sets_or_sweeps_or_writes_is_not_told_as_a_choice_of_ours(said):
     line = chosen(said("run --set 'drive.rise=20 ms' --over drive.hold=10ms:50ms:2"))
     assert "drive.rise" not in line

@@ -95,6 +95,7 @@ def test_all_mistakes_of_file_options_and_outputs_are_told_at_once(here, refused
         ("time,voltage\n0,0\n", ["row"]),
         ("time,voltage\n0,0\n1e-3,1\n1e-3,2\n2e-3,0\n", ["repeats", "KeepIncreasing"]),
         ("t,voltage\n0,0\n1,1\n", ["time"]),
+        ("0 0\n1 5\n", ["by its number, 0 first", "time_column = 0, voltage_column = 1."]),
     ],
 )
 def test_a_faulty_drive_file_is_told_with_its_place(content, words, here, refused):
@@ -152,6 +153,11 @@ run --over drive.rise=1ms:2ms:3 --records -o out.csv => .nc
 run --records => --over
 compare vezzoli_2014/fig6 -o page.gif => .html, .pdf, .svg, .png
 # what is given to another command, or in another order
+run my.toml --set stack.insulator=none => to leave a layer out, delete its table in the file && --set stack='{{
+run gone.zarr => gone.zarr: there is no such file.
+report gone.zarr -o s.html => gone.zarr: there is no such file.
+--models . run my.toml => --models .: is a folder; expected a Python file
+export my.toml {LIMITED} --edge lin -o w.csv => --edge = lin: expected a time, for instance '10 us' && or 'line'
 run my.toml --states --report a.html => --report: does not belong to --states
 run my.toml --voltage '9 V' => --voltage: does not belong to a run without --states
 run sine.toml --states => contact.surface is not given && the stack has no gap either: add [stack.gap]
@@ -231,6 +237,13 @@ CASES = [each.split(" => ") for each in COMMANDS.splitlines() if " => " in each]
 def test_a_mistake_in_a_command_is_told_with_what_is_allowed(line, words, folder, refused):
     err = refused(line)
     assert all(word in err for word in words.split(" && ")), err
+
+
+def test_a_quantity_that_a_recording_lacks_is_named_with_those_that_it_has(folder, said, refused):
+    said("run my.toml -o short.nc")
+    err = refused("fit my.toml short.nc --free friction.coefficient --quantity lateral_forc")
+    assert "short.nc: quantity = 'lateral_forc': the recording has no such signal" in err
+    assert "Did you mean 'lateral_force'?" in err
 
 
 def test_a_hint_helps_or_is_left_out(here, refused):

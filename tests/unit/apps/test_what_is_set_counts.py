@@ -1,6 +1,7 @@
 """A parameter that is set has an effect, or is refused; a friction that is unknown stays unknown everywhere."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -101,7 +102,7 @@ def trace(swipe):
 
 def test_where_the_finger_rests_its_friction_is_unknown_in_every_file_and_line(trace, tmp_path, said):
     (line,) = [line for line in summary(trace, None, None) if line.startswith("lateral force")]
-    assert line.endswith("mN, not known at 50.4 % of the times (the finger rests)")
+    assert line.endswith("mN, not known for 50.4 % of the time (the finger rests)")
     for suffix in ("nc", "mat"):
         ev.save(trace, tmp_path / f"trace.{suffix}")
         again = ev.open_trace(tmp_path / f"trace.{suffix}").lateral_force.values
@@ -111,13 +112,22 @@ def test_where_the_finger_rests_its_friction_is_unknown_in_every_file_and_line(t
     assert "lateral force: 250 mN to 251.3 mN" in out.splitlines()
 
 
+def test_how_long_a_friction_is_unknown_depends_on_no_times_of_ours(swipe):
+    """The times of a sweep lie closest where the drive bends; the finger rests from 70 ms to the end, at 272 ms."""
+    (said,) = re.findall(
+        r"lateral force for ([0-9.]+) % of the time",
+        ev.sweep(swipe, {"drive.high": [9.0, 10.0]}, quantity="mean lateral_force").attrs["validity"],
+    )
+    assert float(said) == pytest.approx(100 * (1 - 0.07 / 0.272), rel=0.01)
+
+
 @pytest.mark.slow
 def test_plot_and_report_explain_the_gap(trace, swipe, tmp_path):
     ax = ev.plot.lateral_force(trace)
     assert "not known where the finger rests" in [text.get_text() for text in ax.texts]
     assert not ev.plot.force(trace).texts
     still = ev.simulate(swipe.replace({"motion": {"speed": 0.0}}), time=np.linspace(0, 0.1, 11))
-    for shown, words in ((trace, "not known at 50.4 % of the times (the finger"), (still, "not known (the")):
+    for shown, words in ((trace, "not known for 50.4 % of the time (the finger"), (still, "not known (the")):
         page = ev.report(shown, tmp_path / "a.html").read_text()
         assert f"{words} " in page
         assert "The finger rests" in page

@@ -424,3 +424,22 @@ def test_a_time_that_the_record_does_not_determine_and_one_without_noise_are_war
     assert math.isinf(found.rising.misfit)
     assert "the record has no noise before an edge" in found.rising.remarks[0]
     assert not any("residual of inf" in text for text in found.rising.remarks)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+@pytest.mark.parametrize(
+    ("rise", "hold", "fall"), [(36e-3, 0.1, 36e-3), (5e-3, 35e-3, 5e-3), (20e-3, 45e-3, 8e-3)]
+)
+def test_ramps_with_which_a_record_begins_and_ends_take_their_own_time(rise, hold, fall, noise):
+    """A record that begins with a ramp has no level before it, and the ramp after a hold begins before its own middle."""
+    time = np.linspace(0, rise + hold + fall + 0.1, 2001)
+    corners = np.cumsum([0.0, rise, hold, fall])
+    force = np.interp(time, corners, [0.0, 1.0, 1.0, 0.0])
+    force += noise * np.random.default_rng(1).standard_normal(time.size)
+    found = measure_times(of(time, force), quantity=FORCE)
+    for each, lasts in ((found.rising, rise), (found.falling, fall)):
+        assert each.recorded.value == pytest.approx(0.8 * lasts, rel=1e-3 + 10 * noise)
+        assert each.recorded.lower <= 0.8 * lasts * (1 + 1e-9)
+        assert each.recorded.upper >= 0.8 * lasts
+    assert "the record begins within an edge" in " ".join(found.rising.remarks)
+    assert not any("drifts" in each for each in (*found.rising.remarks, *found.falling.remarks))

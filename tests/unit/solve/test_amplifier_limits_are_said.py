@@ -61,6 +61,7 @@ def test_each_limit_is_named_with_both_voltages(amplifier, seen, asked, named):
     assert found.limit == pytest.approx(seen, rel=2e-2)
     assert found.value == pytest.approx(asked)
     assert f"that the drive asks for, with {named} of circuit.amplifier" in found.text
+    assert ("follows late to the 100 V" in found.text) == (seen == asked)
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,15 @@ def test_it_is_the_force_to_its_stated_error():
     assert Between(kinked, np.array([0.0, 1.0]), np.array([]), once=True).error() > 1e-3
 
 
+@pytest.mark.parametrize("count", [401, 334, 1201])
+def test_an_output_time_that_is_an_even_time_but_for_rounding_gives_no_slope_of_rounding(count):
+    times = np.linspace(0.0, 0.02, count)
+    between = Between(lambda time: np.sin(754 * time) ** 2, times, np.array([]))
+    beside = (times[1:-1] + np.array([[-1e-8], [1e-8]])).ravel()
+    np.testing.assert_allclose(between(beside), np.sin(754 * beside) ** 2, rtol=0, atol=2e-8)
+    assert np.max(np.abs(between.pieces.slopes)) < 754 * (1 + 1e-3)
+
+
 def test_a_cubic_is_its_own_interpolation():
     knots, time = np.array([0.0, 0.3, 1.0]), np.linspace(0, 0.999, 50)
     pieces = Cubics(knots, 2 * knots**3 - knots**2 + 1, 6 * knots**2 - 2 * knots)

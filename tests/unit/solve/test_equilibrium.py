@@ -455,3 +455,17 @@ def test_a_run_states_the_error_of_its_law_of_rough_contact():
     (light,) = told(CORRECTED, **{"load.time_profile": {"model": "Corners", "points": points}})
     assert light.state == "warning"  # of the smallest share, while the largest one is within
     assert light.text.count("real over gross contact area = ") == 1
+
+
+@pytest.mark.parametrize(
+    ("gain", "saturation", "held"), [(1.0, None, 3.0), (-20.0, None, 60.0), (20.0, 40.0, 40.0)]
+)
+@pytest.mark.parametrize(
+    "drive", [{"model": "Sine", "amplitude": 3.0, "frequency": 7.3e3}, {"model": "Step", "level": -3.0}]
+)
+def test_the_voltage_held_by_default_is_the_largest_behind_the_amplifier(drive, gain, saturation, held):
+    amplifier = {"gain": gain} | ({} if saturation is None else {"saturation": saturation})
+    changes = {"contact.surface": SPRING, "drive": drive, "circuit.amplifier": amplifier}
+    found = equilibrium(load("bau_2010/sine", changes=changes))
+    assert found.voltage == held
+    assert found.force == equilibrium(load("bau_2010/sine", changes=changes), voltage=held).force

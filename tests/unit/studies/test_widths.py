@@ -177,8 +177,10 @@ def test_the_page_names_the_widths_beside_the_band_the_laws_and_what_is_felt():
     known = Further()
     for each in slices(FREQUENCY, run):
         known = each(known)
-    assert "Width by force law, 1/11 to 11 times the force" in known.drawn
-    assert "Not included: thresholds of perception" in known.drawn
+    assert known.population is not None
+    drawn = " ".join(answer_words(known.population))
+    assert "Width by force law, 1/11 to 11 times the force" in drawn
+    assert "Not included: thresholds of perception" in drawn
     assert "11 times" in law_words(run, Further())
     said = " ".join(answer_words(ev.perceive(SINE).document))
     assert "Width by force law" in said

@@ -133,7 +133,7 @@ def test_a_folder_has_every_figure_and_a_name_the_first_file_of_its_suffix(tmp_p
     assert ev.load(tmp_path / "run" / "trace.nc") == PULSE
 
 
-def test_a_file_with_one_of_several_figures_says_so():
+def test_a_file_with_one_of_several_figures_or_tables_says_so():
     document = Sketch().document
     one, two = (
         replace(document, figures=document.figures[:1]),
@@ -141,7 +141,12 @@ def test_a_file_with_one_of_several_figures_says_so():
     )
     assert written("x.png", lambda: one) == "written: x.png"
     assert written("x.PNG", lambda: two) == "written: x.PNG, one of 2 figures; a folder has all of them"
-    assert written("x.csv", lambda: two) == "written: x.csv"
+    few = replace(document, tables=document.tables[:1], numbers=())
+    more = replace(few, tables=few.tables * 3)
+    assert written("x.csv", lambda: few) == "written: x.csv"
+    several = "written: x.csv, one of 3 tables; .tex, .html and .txt have all of them"
+    assert written("x.csv", lambda: more) == several
+    assert written("x.csv", lambda: more, {"a.csv": None}) == "written: x.csv"
 
 
 def test_tables_as_latex_csv_and_text(tmp_path):

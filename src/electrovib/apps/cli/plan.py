@@ -357,4 +357,11 @@ def export(
 
 def edge_of(text: str | None) -> dict[str, Any]:
     """Read the edge, if there is one: a time [s], or the word that stands for straight lines."""
-    return {"edge": text if text == "line" else number_in("s", "--edge", text)} if text else {}
+    if not text or text == "line":
+        return {"edge": text} if text else {}
+    try:
+        return {"edge": number_in("s", "--edge", text)}
+    except InputError:
+        steps = "expected a time, for instance '10 us', in which an output that holds its samples steps"
+        lines = "or 'line' for one that joins them by straight lines"
+        raise InputError(f"{steps}, {lines}", path="--edge", value=text) from None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import chosen, say, show_answer
+from electrovib.apps.cli.terminal import answered, chosen, say, show_answer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,7 +49,7 @@ def run(
     states
         Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.
     voltage : VOLTAGE
-        Of --states: voltage that is held, such as '100 V'; by default the largest of the drive.
+        Of --states: voltage that is held, such as '100 V'; by default the largest of the drive behind its amplifier.
     output : FILE|DIR
         Write the result: .nc, .csv or .mat; a figure (.pdf, .svg, .png); or a folder with all figures.
     """
@@ -58,8 +58,8 @@ def run(
     from electrovib.studies.perceive import perceive
 
     if states:
-        options.only(context, "scenario set states voltage", "--states")
-        return _print_states(experiment, voltage)
+        options.only(context, "scenario set states voltage output all", "--states")
+        return _print_states(experiment, voltage, saved)
     if _is_measured(experiment.scenario):
         of = "a measured Trace, of which only what is felt is computed"
         options.only(context, "scenario set all", of)
@@ -110,21 +110,23 @@ def felt_lines(scenario: "Scenario", *, everything: bool) -> list[str]:
     return [*said.sentences[1 if found.title else 0 :], *said.remarks]
 
 
-def _print_states(experiment: options.ScenarioOptions, voltage: str | None) -> None:
-    from electrovib.apps.progress import tracked
+def _print_states(
+    experiment: options.ScenarioOptions, voltage: str | None, saved: options.AnswerOptions
+) -> None:
     from electrovib.core.units import number_in
     from electrovib.physics.roughness import PullingSpots
-    from electrovib.scenario import read_scenario
-    from electrovib.solve.equilibrium import equilibrium
+    from electrovib.solve.equilibrium import Balance, equilibrium
 
-    found = read_scenario(experiment.scenario, changes=experiment.asked["set"])
+    scenario = experiment.changed
     held = number_in("V", "--voltage", voltage) if voltage else None
-    with tracked("finding equilibria"):
-        surface = found.contact.surface
+
+    def balance() -> Balance:
+        surface = scenario.contact.surface
         rough = surface is not None and surface.is_rough
-        balance = equilibrium(found, voltage=held, spots=PullingSpots() if rough else None)
-    show_answer(balance)
-    say(*chosen(found, experiment.scenario))
+        return equilibrium(scenario, voltage=held, spots=PullingSpots() if rough else None)
+
+    answered(Balance, balance, "finding equilibria", {}, saved)
+    say(*chosen(scenario, experiment.scenario))
 
 
 def summary(
@@ -173,7 +175,7 @@ def _written(path: str, trace: Any) -> str:
 
         return document_of({"": trace})
 
-    return written(path, document)
+    return written(path, document, (".csv",))
 
 
 def _range(trace: Any, name: str, ends: "Mapping[str, float]") -> str:

@@ -191,7 +191,7 @@ def finish(found: Answer, saved: AnswerOptions) -> None:
 
     show_answer(found, everything=saved.all)
     if saved.output:
-        say(written(saved.output, lambda: found.document))
+        say(written(saved.output, lambda: found.document, found.files))
 
 
 def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
@@ -200,7 +200,7 @@ def _saved(found: Answer, output: str, *, force: bool) -> list[str]:
     from electrovib.view.files import written
 
     save(found, output, force=force)
-    return [written(output, lambda: found.document)]
+    return [written(output, lambda: found.document, found.files)]
 
 
 def is_map(trace: Any) -> bool:

@@ -130,6 +130,11 @@ def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> t
         for name in signals or ()
         if name in PRESCRIBED and name in trace.data_vars
     ]
+    if not wanted and not problems and offered:
+        problems += [
+            f"{measured.name}: quantity = '{name}': the recording has no such signal.{nearest(name, offered)}"
+            for name in signals or ()
+        ]
     if not wanted and not problems:
         problems.append(
             f"{measured.name}: holds no signal to fit; it has {', '.join(map(str, trace.data_vars)) or 'no variables'}, and a"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -185,6 +185,8 @@ def _passage(
     )
 
 
+_ROUNDING: Final = 1e-12
+"""Change before an edge over that of the edge, below which it is rounding."""
 _CLEAR: Final = 5.0
 """Smallest change of an edge, in standard errors of its levels."""
 
@@ -197,6 +199,7 @@ class EdgeLevels:
     - `alike`: autocovariance of the noise at lags of 0 to m - 1 samples; `freedom` are the degrees of freedom
       of a variance that is computed from it.
     - `drift`: slope before the edge per second; 0 where it is not significant.
+    - `begun`: whether the record begins within the edge, and its first sample is taken as the level before.
     """
 
     before: float
@@ -207,6 +210,7 @@ class EdgeLevels:
     alike: Real
     freedom: float
     drift: float
+    begun: bool = False
 
     @property
     def change(self) -> float:
@@ -227,6 +231,7 @@ def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeL
     if abs(creep) > 3 * creep_error:  # which is judged by itself: `creeps`
         beside = values[after] - last - creep * (time[after] - time[after].mean())
         last_error = _weighted_error(np.full(beside.size, 1 / beside.size), autocovariance(beside, fitted=2))
+    rounding = _ROUNDING * abs(last - first) / float(np.ptp(time[before]))
     left = values[before] - first
     alike = autocovariance(left, fitted=1)
     if not abs(last - first) > _CLEAR * math.hypot(first_error, last_error):
@@ -237,7 +242,19 @@ def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeL
     return EdgeLevels(
         before=first, after=last, before_error=first_error, after_error=last_error,
         noise=float(np.std(left)), alike=alike, freedom=_freedom(alike),
-        drift=slope if abs(slope) > 3 * slope_error else 0.0,
+        drift=slope if abs(slope) > max(3 * slope_error, rounding) else 0.0,
+    )  # fmt: skip
+
+
+def levels_from_the_first(time: Real, values: Real, levels: EdgeLevels, *, edge: float) -> EdgeLevels:
+    """Take the first sample of a record that begins within an edge as the level before; noise is what a line leaves."""
+    before = time < edge
+    mean, _, slope, _ = line(time=time[before], values=values[before])
+    left = values[before] - mean - slope * (time[before] - time[before].mean())
+    noise = float(np.std(left))
+    return replace(
+        levels, before=float(values[0]), before_error=noise, noise=noise, alike=autocovariance(left, fitted=2),
+        drift=0.0, begun=True,
     )  # fmt: skip
 
 

@@ -279,6 +279,11 @@ class DirectionTimes:
         return any(each.record.levels.drift for each in self.edges)
 
     @property
+    def begun(self) -> bool:
+        """Whether the record begins within an edge."""
+        return any(each.record.levels.begun for each in self.edges)
+
+    @property
     def interpolated(self) -> bool:
         """Whether a passage lies between two samples alone."""
         return any(each.record.passages.interpolated for each in self.edges)
@@ -299,6 +304,8 @@ class DirectionTimes:
             f"the best form ({self.form}) leaves a residual of {self.misfit:.2g} times the noise before the edge, so the time"
             " from the fit has an error beyond its interval.": self.settled
             and MISFIT < self.misfit < math.inf,
+            "the record begins within an edge: its first sample is taken as the level before. If the signal began to change"
+            " earlier, the times are longer than stated.": self.begun,
             "the signal drifts before an edge; both levels are taken as constant, which shifts the times.": self.drifts,
             "fewer than five samples lie near a level, so that the time as recorded is interpolated between two samples and may"
             " be wrong by up to a sampling interval.": self.interpolated,

@@ -16,7 +16,14 @@ from electrovib.recordings.importing.reduction import find_edges
 from electrovib.recordings.interval import averages
 from electrovib.recordings.recording import closed
 from electrovib.recordings.running_median import running_median
-from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, creeps, levels_of, passages
+from electrovib.recordings.transitions.crossings import (
+    EdgeLevels,
+    Passages,
+    creeps,
+    levels_from_the_first,
+    levels_of,
+    passages,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -43,6 +50,8 @@ _OF_DIFFERENCES: Final = 0.6745 * 2**0.5
 """Median of the magnitude of differences of successive samples, in standard deviations of independent noise."""
 _BEFORE: Final = 0.1
 """Time before an oscillation that belongs to the impact, relative to its length."""
+_WITHIN: Final = 0.3
+"""Slope before the first edge, over its own between its levels, from which on a record begins within the edge; a choice."""
 _FEWEST_AVERAGES: Final = 8
 _PER_TIME: Final = 100.0
 """Averages of neighbouring samples, in a time between levels, to which forms are fitted."""
@@ -141,10 +150,18 @@ def edge_record(
     behind = min(behind, before) if before is not None else behind
     find = functools.partial(_found, time, values, at, levels=levels, driven=driven)
     found = find(ahead, behind)
+    if not driven and number + 1 < len(references):
+        # without a drive the next edge is known by its middle, before which it has begun
+        short = later - at - found[2].time
+        if 2 * found[2].time < short < ahead:
+            ahead = short
+            found = find(ahead, behind)
     if window is None and _LONG * found[2].time < ahead:
         ahead = _LONG * found[2].time
         behind = min(behind, ahead / 2) if before is None else behind
         found = find(ahead, behind)
+    if not (number or driven or before is not None) and _begins_within(*found[1:]):
+        found = _found_from_the_first(time, values, at, ahead, levels=levels)
     here, level, passed = found
     own_time, own_values = time[here] - at, values[here]
     step = float(np.median(np.diff(own_time)))
@@ -193,6 +210,24 @@ def _found(
         enough = min(float(part[:9][-1]), -behind / 2)  # a level needs 8 samples, also in a coarse record
         level = levels_of(part, own, edge=max(start, -_AHEAD * behind, enough), settled=0.75 * ahead)
     return here, level, passed
+
+
+def _begins_within(level: EdgeLevels, passed: Passages) -> bool:
+    """Tell whether a record has no level before its first edge, because it begins within it."""
+    return level.drift * passed.time / level.change > _WITHIN
+
+
+def _found_from_the_first(
+    time: Real, values: Real, at: float, ahead: float, *, levels: tuple[float, float]
+) -> tuple[slice, EdgeLevels, Passages]:
+    """Return an edge within which the record begins, from the first sample on."""
+    here = slice(0, int(np.searchsorted(time, at + ahead, side="right")))
+    part, own = time[here] - at, values[here]
+    edge = float(part[0]) / 2
+    level = levels_of(part, own, edge=edge, settled=0.75 * ahead)
+    level = levels_from_the_first(part, own, level, edge=edge)
+    fractions = _of_change(levels, rising=level.change > 0)
+    return here, level, passages(part, own, level, fractions=fractions, edge=float(part[0]))
 
 
 def _of_change(levels: tuple[float, float], *, rising: bool) -> tuple[float, float]:

@@ -50,7 +50,7 @@ def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Re
     """
     return [
         *_off_the_plate(scenario, times),
-        *_at_rest(scenario, variables),
+        *_at_rest(scenario, variables, times),
         *_several_states(scenario, variables, times),
         *_real_contact(scenario, variables),
     ]
@@ -82,7 +82,7 @@ def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:
         Diagnostic(
             "off the plate",
             "ok",
-            f"the finger is off the plate at {_share(off)} of the times: no friction there",
+            f"the finger is off the plate for {_share(off, times)} of the time: no friction there",
         )
     ]
     if np.any(scenario.load.forces(times)[off] > 0):
@@ -94,7 +94,7 @@ def _off_the_plate(scenario: Scenario, times: Real) -> list[Diagnostic]:
     return found
 
 
-def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
+def _at_rest(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
     """Return which friction and lateral reading are unknown where the finger rests, or what determines them."""
     motion, spans = scenario.motion, resting(scenario.motion)
     if not spans:
@@ -110,7 +110,7 @@ def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
         )
         return [Diagnostic("friction at rest", "ok", text)]
     missing = [
-        f"{name.replace('_', ' ')} at {_share(unknown)} of the times"
+        f"{name.replace('_', ' ')} for {_share(unknown, times)} of the time"
         for name in ("lateral_force", "lateral_force_measured")
         if name in variables and np.any(unknown := np.isnan(variables[name][1]))
     ]
@@ -157,8 +157,12 @@ def _several_states(scenario: Scenario, variables: dict[str, Any], times: Real) 
     return found
 
 
-def _share(found: NDArray[np.bool_]) -> str:
-    return "all" if np.all(found) else f"{100 * float(np.mean(found)):.3g} %"
+def _share(found: NDArray[np.bool_], times: Real) -> str:
+    """Write for which part of a run something holds: the times of a sweep lie closest where most happens."""
+    if np.all(found) or len(times) < 2:
+        return "all" if np.all(found) else "none"
+    held = np.trapezoid(found.astype(float), times) / (times[-1] - times[0])
+    return f"{100 * float(held):.3g} %"
 
 
 def moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:

@@ -303,8 +303,9 @@ def _amplifier(scenario: Scenario, record: PeakRecord, seen: float) -> list[Diag
     if not met:
         return []
     plate, whole = (format_quantity(each, "V", digits=3) for each in (seen, asked))
+    sees = "follows late to" if plate == whole else f"sees up to {plate} of"
     text = (
-        f"the amplifier limits: the plate sees up to {plate} of the {whole} that the drive asks for, with"
+        f"the amplifier limits: the plate {sees} the {whole} that the drive asks for, with"
         f" {' and '.join(dict.fromkeys(met))} of circuit.amplifier; 'electrovib check' tells what the drive asks of an amplifier"
     )
     return [Diagnostic("amplifier", "warning", text, asked, seen, "V")]

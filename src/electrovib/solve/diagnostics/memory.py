@@ -17,7 +17,15 @@ import numpy as np
 from electrovib.core.budget import one_thread
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.solve.diagnostics.probes import LARGEST, MANY, Extremes, Judged, judge, probe_places
+from electrovib.solve.diagnostics.probes import (
+    LARGEST,
+    MANY,
+    PROBES,
+    Extremes,
+    Judged,
+    judge,
+    probe_places,
+)
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import amplified, transient
@@ -61,6 +69,8 @@ POWERS: Final = (0.0, -0.5, 0.5)
 """Powers of the frequency by which a quantity may fall; the fit of D is weighted by the one with the least residual."""
 AT_REST: Final = 1e-60
 """Frequency that replaces 0, where a power law has no value [Hz]."""
+AT_ONCE: Final = 1e40
+"""Frequency that replaces infinity, of the response right at a discontinuity [Hz]."""
 
 
 def answer_errors(
@@ -158,6 +168,42 @@ def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
         for begin, end in zip(first.tolist(), last.tolist(), strict=True):
             found[begin:end] = True
     return found
+
+
+def jump_errors(
+    scenario: Scenario, section: ModalSection, answer: Solution, times: Real, known: tuple[float, float]
+) -> dict[Key, float]:
+    """Return the errors, over the peaks, of a response at discontinuities of the drive among its times (n,) [s].
+
+    There the response is that of infinite frequency, at which a sum of Debye relaxations has the permittivity of what it
+    leaves out at the end of its band. Of a table that is not known; behind a bandwidth or a largest current nothing jumps.
+    """
+    supply, drive = scenario.circuit.supply, scenario.drive
+    here = np.flatnonzero(_at_corner(drive, times, bends=False))
+    follows_later = bool(supply.bandwidth) or bool(np.all(np.isfinite(supply.current_limits)))
+    if not here.size or np.isfinite(known[1]) or follows_later or drive.quantity == "current":
+        return {}
+    marks, heights = drive.corners(max(float(times[-1]), drive.period or 0.0))
+    first = float(drive.voltage(0.0))
+    if scenario.time.settled:
+        first = float(np.sum(heights[np.isclose(marks, drive.period or 0.0, rtol=SAME, atol=0.0)]))
+    marks, heights = np.append(0.0, marks), np.append(first, heights)
+    jumps = supply.gain * heights[np.searchsorted(marks, times[here] * (1 + SAME), side="right") - 1]
+    largest = np.sort(np.argsort(-np.abs(jumps))[:PROBES])
+    here, jumps, reduced = here[largest], jumps[largest], linear_quantities(scenario, section)
+    declared = linear_quantities(scenario, phasors(scenario, np.array([AT_ONCE]), leaks=False))
+    found = {name: row for name, row in answer.found.items() if name in reduced and name != CURRENT}
+    off = {name: jumps * (float(declared[name].real[0]) - float(reduced[name].direct)) for name in found}
+    errors = {
+        name: float(np.max(np.abs(off[name]))) / (float(np.max(np.abs(row))) or np.inf)
+        for name, row in found.items()
+    }
+    amplitudes = {name: row[here] for name, row in found.items() if isinstance(name, AmplitudeOf)}
+    if amplitudes and scenario.force.causal:
+        exact: dict[Key, float] = dict.fromkeys(amplitudes, 0.0)
+        worst = np.max(_of_force(scenario, times[here], amplitudes, off, exact)) / SAFETY
+        errors[FORCE] = float(worst) / (float(np.max(np.abs(answer.attraction))) or np.inf)
+    return errors
 
 
 def _of_force(
@@ -365,6 +411,20 @@ def _of_error(
         )
         return [Diagnostic("memory", "unknown", text)]
     text = f"{stands}, which changes {change}"
+    at_once = {
+        what: max(
+            (found.jump for name, found in errors.items() if (name == FORCE) == (what == "attraction")),
+            default=0.0,
+        )
+        for what in ("fields and voltages", "attraction")
+    }
+    jumps = max(at_once.values()) > LARGEST
+    if jumps:
+        each = ", ".join(f"{what} by up to {100 * error:.2g} %" for what, error in at_once.items())
+        text += (
+            f"; right at a discontinuity of the drive, where the response is that of infinite frequency, it changes {each}:"
+            " declare the edge time of the real source or circuit.source_resistance, or leave that output time out"
+        )
     share, lost = max(found.share for found in judged.values()), min(found.lost for found in judged.values())
     if np.isfinite(lost):
         first = next(name for name, found in judged.items() if found.lost == lost)
@@ -375,8 +435,8 @@ def _of_error(
         )
         if np.isfinite(known[1]):
             text += f"; {_better_table(times, known)}"
-    state = "warning" if np.isfinite(lost) else "ok"
-    return [Diagnostic("memory", state, text, value=share, limit=LARGEST, unit="1")]
+    state = "warning" if np.isfinite(lost) or jumps else "ok"
+    return [Diagnostic("memory", state, text, value=max(share, *at_once.values()), limit=LARGEST, unit="1")]
 
 
 def _better_table(times: Real, known: tuple[float, float]) -> str:

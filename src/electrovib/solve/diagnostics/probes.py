@@ -54,12 +54,15 @@ class Judged(NamedTuple):
         First time at which that share exceeds `LARGEST` [s]; infinite if it never does.
     of_peak : float
         Largest error over the peak [1].
+    jump : float
+        Largest error over the peak at the discontinuities of the drive themselves [1].
     """
 
     error: float
     share: float
     lost: float
     of_peak: float
+    jump: float = 0.0
 
 
 def judge(

@@ -155,7 +155,7 @@ def equilibrium(
         As for `electrovib.load`, with ``contact.surface`` and a gap that does not conduct. The thickness of the gap is
         computed; the declared one has no effect.
     voltage : float, optional
-        Constant voltage [V]; by default the largest voltage of the drive. For a fast sine give its root mean square.
+        Constant voltage [V]; by default the largest of the drive behind its amplifier. For a fast sine give its root mean square.
     spots : ContactSpots, optional
         Averages over the gaps of a rough surface with these contact spots; by default the gap is the same everywhere.
 
@@ -320,10 +320,10 @@ def _surface(scenario: Scenario) -> Surface:
 
 
 def largest_voltage(scenario: Scenario) -> float:
-    """Return the largest voltage of the drive [V]."""
+    """Return the largest voltage of the drive behind the amplifier, if there is one [V]."""
     if scenario.drive.quantity == "current":
         raise InputError("drive: it prescribes a current; give the voltage, for instance voltage=100.0")
-    return scenario.drive.largest()
+    return abs(float(scenario.circuit.supply.aim(scenario.drive.largest())))
 
 
 def growing_states(

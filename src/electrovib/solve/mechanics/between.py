@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -25,6 +26,8 @@ MOST = 4_000_000
 """Largest number of evaluations."""
 TOLERANCE = 1e-6
 """Largest error of a cubic in its middle, over the largest force."""
+COARSER = 15
+"""Difference of cubics through every other knot from those through all, over the error of these."""
 MOST_HALVINGS = 40
 _SINCE_CORNER = np.geomspace(1e-5, 0.5, 40)
 """Times after a corner, over the time to the next, added where the force is evaluated only once and may decay quickly."""
@@ -123,6 +126,9 @@ class Between:
         soon = (self.ends[:-1, np.newaxis] + lengths[:, np.newaxis] * _SINCE_CORNER).ravel()
         soon = soon if once and len(soon) < count else soon[:0]
         asked = np.unique(np.concatenate([even, times, self.ends, soon]))
+        # an even time and an output time that are one but for rounding would have a slope of rounding over rounding
+        again = np.diff(asked, prepend=-math.inf) < _ROUNDING * end
+        asked = asked[~again | np.isin(asked, self.ends)]
         beyond = np.searchsorted(self.ends, asked, side="right") - 1
         near = (asked > self.ends[beyond]) & (
             (asked - self.ends[beyond] < apart) | (asked >= self._just[np.minimum(beyond, len(lengths) - 1)])
@@ -158,13 +164,17 @@ class Between:
         return times, np.asarray(force_at(times), dtype=float)
 
     def _every_other(self) -> float:
-        """Return the error of cubics through all knots [N]: a fifteenth of that of cubics through every other knot."""
+        """Return the error of cubics through all knots [N], from that of cubics through every other knot."""
+        return float(np.max(np.abs(self.coarser()(self._asked) - self._force), initial=0.0)) / COARSER
+
+    def coarser(self) -> Between:
+        """Return the force as cubics through every other knot, which differ from these by `COARSER` times their error."""
         kept = np.zeros(len(self._asked), bool)
         kept[::2] = True
         kept |= np.isin(self._asked, np.concatenate([self.ends, self._just]))
-        whole, self.pieces = self.pieces, self._cubics(kept)
-        coarse, self.pieces = self(self._asked), whole
-        return float(np.max(np.abs(coarse - self._force), initial=0.0)) / 15
+        found = copy.copy(self)
+        found.pieces = self._cubics(kept)
+        return found
 
     def _halve(self, force_at: Callable[[Real], Real]) -> None:
         """Halve intervals until the cubics agree with the force in their middle, or `MOST` times are used."""

@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.friction import BristleFriction
 from electrovib.solve.electrics.attraction import real_area
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
-from electrovib.solve.mechanics.between import Between
+from electrovib.solve.mechanics.between import COARSER, Between
 from electrovib.solve.mechanics.filters import Filter, cascade
 from electrovib.solve.mechanics.lateral import (
     COUNTS,
@@ -331,21 +331,35 @@ class FrictionChain:
             "friction_events": len(found.events),
         }
         self.lateral_at = lambda wanted: self._slide(strength, np.append(0.0, wanted)).lateral_force[1:]
-        return max(self.bend, strength.error())
+        return max(self.bend, strength.error()) + self._of_damping(strength, times, found.lateral_force)
 
-    def _slide(self, strength: Between, times: Real) -> Slide:
+    def _of_damping(self, strength: Between, times: Real, lateral: Real) -> float:
+        """Return the relative error of the friction of a rigid skin whose bristles are damped [1]; 0 of any other.
+
+        Where the strength nearly vanishes, the damping makes small errors of strength and deflection large ones of the
+        friction. All that a coarser strength and tolerance change is stated: near such a strength no order is reached.
+        """
+        law = self.scenario.friction
+        assert isinstance(law, BristleFriction)
+        if self.scenario.finger is not None or law.bristles is None or not law.bristles.bristle_damping:
+            return 0.0
+        coarse = self._slide(strength.coarser(), times, coarser=COARSER).lateral_force
+        return float(np.max(np.abs(coarse - lateral))) / (float(np.max(np.abs(lateral))) or 1.0)
+
+    def _slide(self, strength: Between, times: Real, *, coarser: float = 1.0) -> Slide:
         """Return the motion of a skin with bristles: in compiled steps for a law of a known formula.
 
-        `times` (n,) [s].
+        `times` (n,) [s]; the tolerance is `coarser` by this factor.
         """
         motion, finger, law = self.scenario.motion, self.scenario.finger, self.scenario.friction
         assert isinstance(law, BristleFriction)
         mass, stiffness, damping = (
             (None, None, None) if finger is None else finger.at_speed(motion.speed).lumped()
         )
-        from electrovib.solve.mechanics.sliding import slide_quickly, sliding
+        from electrovib.solve.mechanics.sliding import TOLERANCE, slide_quickly, sliding
 
         body: dict[str, Any] = {"mass": mass, "stiffness": stiffness, "damping": damping}
+        body["tolerance"] = coarser * TOLERANCE
         if law.bristles is not None:
             return slide_quickly(law, motion=motion, strength=strength, times=times, **body)
         return sliding(

@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.citation import UNVERIFIED
 from electrovib.core.diagnostics import Diagnostic
-from electrovib.core.errors import DataFileError, InputError, NoColumnError
+from electrovib.core.errors import InputError, NoColumnError, NoHeadingsError
 from electrovib.core.files import note_input
 from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
@@ -445,13 +445,11 @@ def first_columns(path: Path, forms: Sequence[Sequence[str]], units: Mapping[str
         try:
             wanted = zip(form, units.items(), strict=False)
             return read_columns(path, {name: (heading, unit) for heading, (name, unit) in wanted})
-        except NoColumnError as error:
-            faults.append(error)
-        except DataFileError as error:
-            if "has no headings" not in str(error):
-                raise
+        except NoHeadingsError:  # which is a kind of the next one
             (first, unit), (second, other) = list(units.items())[:2]
             return read_columns(path, {first: (0, unit), second: (1, other)})
+        except NoColumnError as error:
+            faults.append(error)
     raise faults[0]
 
 

@@ -159,7 +159,10 @@ def computing_versions() -> dict[str, str]:
     return {name: found[name] for name in ("electrovib", "numpy", "scipy", "numba") if name in found}
 
 
-NOT_JUDGED: Final = "warnings are of the scenario with its own values; single fingers are not judged"
+NOT_JUDGED: Final = (
+    "warnings are of the scenario with its own values; single fingers are not judged, neither for their limits nor for a gap"
+    " that falls shut under their load"
+)
 """What the diagnostics of a study cover."""
 _DRAWN: Final = 2000
 """Fingers with which the values of the scenario are compared."""

@@ -50,6 +50,20 @@ def test_no_curve_runs_under_the_legend(case, size):
         assert outer.y0 <= box.y0 < box.y1 <= outer.y1 + 1
 
 
+@pytest.mark.parametrize("resolution", [60, 150, 300])
+def test_a_legend_above_the_curves_ends_within_the_plot_at_any_resolution(resolution):
+    """Letters are up to some per cent wider in a picture of another resolution than where the columns were chosen."""
+    for letters in (20, 22):
+        with drawing(None, (5.6, 3.6)) as ax:
+            for number in range(5):
+                name = "i" * letters if number == 4 else "mmm"
+                ax.plot(X, np.sin(45 * X + number), label=f"{number}{name}")
+            finish(ax, x=("time", "s"), y=("force", "N"))
+        ax.figure.set_dpi(resolution)
+        ax.figure.draw_without_rendering()
+        assert ax.get_legend().get_window_extent().x1 <= ax.get_window_extent().x1
+
+
 def test_a_legend_avoids_bands_and_points():
     with drawing(None) as ax:
         ax.fill_between(X, 0.5 + 0 * X, 1.0 + 0 * X, label="band")
