@@ -18,7 +18,7 @@ from electrovib.core.errors import (
     refuse,
     shortened,
 )
-from electrovib.core.file_kinds import is_address, other_kind
+from electrovib.core.file_kinds import other_kind
 from electrovib.core.files import kind_of
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
@@ -170,10 +170,7 @@ def paper_scenario(name: str) -> Scenario:
         why = "a scenario is not read from the standard input; save it as a .toml file and give its name"
         raise InputError(why)
     if why := other_kind(Path(name), "a scenario"):
-        is_missing = not (kind_of(name) or is_address(Path(name)))
-        raise InputError(
-            f"{name}: there is no such file.{_near_file(name)}" if is_missing else f"'{name}' {why}"
-        )
+        raise InputError(f"'{name}' {why}")
     if kind_of(f"{name}.toml") == "file":
         raise InputError(
             f"'{name}' is neither a file nor a paper's scenario, but '{name}.toml' is a file; give that name"

@@ -333,17 +333,15 @@ class Sensitivity(Answer):
             " one input. The first-order index is the part of the variance that would be gone on average if the input were"
             " known, the total index the part that is left on average if all others are known."
         )
-        local: dict[str, Callable[[Elasticity], str]] = {
-            "Parameter": lambda each: each.path,
-            "At": lambda each: each.shown,
-            "d ln quantity / d ln parameter": lambda each: (
-                f"{each.value:.4g}" if math.isfinite(each.value) else "not defined"
-            ),
-        }
+        named = "Parameter", "At", "d ln quantity / d ln parameter"
+        local = tuple(
+            (each.path, each.shown, f"{each.value:.4g}" if math.isfinite(each.value) else "not defined")
+            for each in self.elasticities
+        )
         where = "At the medians of the distributions, of groups at those of the group at half of all fingers."
         return (
             Table("Sobol indices", ("Input", "Its parameters", *headings), rows, caption=caption),
-            Table.of("Local elasticities", self.elasticities, local, caption=where),
+            Table("Local elasticities", named, local, caption=where),
         )
 
     def _shown(self, value: float) -> str:

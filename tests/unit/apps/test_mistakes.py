@@ -154,8 +154,8 @@ run --records => --over
 compare vezzoli_2014/fig6 -o page.gif => .html, .pdf, .svg, .png
 # what is given to another command, or in another order
 run my.toml --set stack.insulator=none => to leave a layer out, delete its table in the file && --set stack='{{
-run gone.zarr => gone.zarr: there is no such file.
-report gone.zarr -o s.html => gone.zarr: there is no such file.
+run gone.zarr => 'gone.zarr' is neither a file nor
+report gone.zarr -o s.html => 'gone.zarr' is neither a file nor
 --models . run my.toml => --models .: is a folder; expected a Python file
 export my.toml {LIMITED} --edge lin -o w.csv => --edge = lin: expected a time, for instance '10 us' && or 'line'
 run my.toml --states --report a.html => --report: does not belong to --states

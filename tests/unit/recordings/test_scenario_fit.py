@@ -145,7 +145,7 @@ SWEEP = recorded("sweep")
         (SWEEP, {"varying": [GAP]}, "all recordings are of one"),
         (SWEEP, {"free": ["stack.insulator.material.conductivity"]}, r"is 0, .* no scale"),
         (SWEEP, {"start": {GAP: 10.0}}, "expected a number from"),
-        (SWEEP, {"signals": ["impedance"]}, "no signal to fit"),
+        (SWEEP, {"signals": ["impedance"]}, "quantity = 'impedance': the recording has no such signal"),
         (recorded("step", offsets=(FORCE,)) * 2, {}, "own"),
         (recorded("step", noise={"force": 1.0}), {}, r"'force'.*no such signal"),
         (recorded("step", noise={FORCE: 0.0}), {}, "above 0"),

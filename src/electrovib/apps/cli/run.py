@@ -115,9 +115,10 @@ def _print_states(
 ) -> None:
     from electrovib.core.units import number_in
     from electrovib.physics.roughness import PullingSpots
+    from electrovib.scenario import read_scenario
     from electrovib.solve.equilibrium import Balance, equilibrium
 
-    scenario = experiment.changed
+    scenario = read_scenario(experiment.scenario, changes=experiment.asked["set"])
     held = number_in("V", "--voltage", voltage) if voltage else None
 
     def balance() -> Balance:
