@@ -14,7 +14,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from electrovib.core.budget import content_allowed, megabytes
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import ArrayLike, NDArray
     from pydantic import GetCoreSchemaHandler
@@ -149,15 +149,19 @@ def _as_decimals(values: NDArray[np.float64]) -> str:
     stretches = [slice(first, first + _STRETCH) for first in range(1, len(values), _STRETCH)]
     largest = max((int(np.max(np.abs(_steps(whole, each)))) for each in stretches), default=0)
     kind = next(kind for kind in _KINDS if largest <= np.iinfo(kind).max)
-    packing = zlib.compressobj(1)
-    packed = b"".join(
-        packing.compress(_steps(whole, each).astype(f"<{kind}").tobytes()) for each in stretches
-    )
-    packed += packing.flush()
+    packed = _packed(whole, stretches, kind, level=1)
     if 8 * len(values) > content_allowed(len(packed)):  # numbers that are all alike
-        return ""
+        kind = max(kind, "i2")
+        packed = _packed(whole, stretches, kind, level=0)
     minus = ",".join(str(place) for place in _minus_zeros(values))
     return f"{_DECIMALS}{places}:{kind}:{whole[0]}:{minus}:{base64.b64encode(packed).decode()}"
+
+
+def _packed(whole: NDArray[np.int64], stretches: Iterable[slice], kind: str, *, level: int) -> bytes:
+    """Return the differences within ranges of places as packed numbers of a kind."""
+    packing = zlib.compressobj(level)
+    parts = [packing.compress(_steps(whole, each).astype(f"<{kind}").tobytes()) for each in stretches]
+    return b"".join([*parts, packing.flush()])
 
 
 def _whole(values: NDArray[np.float64], places: int) -> NDArray[np.int64] | None:
