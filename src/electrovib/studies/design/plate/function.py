@@ -185,8 +185,14 @@ class Plates:
         names = [
             name for name in WORDS if name in largest or name in declared or name not in result.ONLY_DECLARED
         ]
-        elsewhere, candidate = {}, self.scenario(material, case.at)
-        if declared.keys() - largest.keys():  # limits that a run does not judge
+        elsewhere, candidate = {}, self.members[material]
+        not_judged = declared.keys() - largest.keys()  # limits that a run does not judge
+        may_be_limited = candidate.circuit.supply.is_limited or any(
+            at.startswith("circuit.") for at in case.at
+        )
+        if not_judged or may_be_limited:
+            candidate = self.scenario(material, case.at)
+        if not_judged:
             limits = Limits(**{name: each.value for name, each in declared.items()})
             elsewhere = {row.quantity: row for row in checked(candidate, limits=[limits]).rows}
         rows = [
