@@ -367,6 +367,17 @@ def test_each_quantity_has_an_error_of_its_own():
         assert errors[name].lost == np.inf
 
 
+def test_an_error_is_not_relative_to_rounding():
+    """Behind a film that blocks, the fields of a constant voltage are 0 but for the last digits of 100 V."""
+    changes = {"stack.stratum_corneum.material": DRY, "drive": {"model": "Step", "level": 100}}
+    held = load("vezzoli_2014/fig6_gap").replace(changes | {"time.duration": 0.02, **SETTLED})
+    trace = simulate(held)
+    assert trace.field.sel(layer="gap").values.max() < 1e-12 * trace.field.sel(layer="insulator").values.max()
+    assert "attraction_error" not in trace.attrs
+    assert trace.attrs["transfer_error"] < 1e-3
+    assert diagnostics(trace)["memory"]["state"] == "ok"
+
+
 def test_the_current_is_judged_apart():
     """It falls by three decades here; the transform of its charge over that of the field is eps0 times the area."""
     times = np.geomspace(1e-3, 1.0, 7)

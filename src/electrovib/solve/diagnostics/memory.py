@@ -69,6 +69,8 @@ POWERS: Final = (0.0, -0.5, 0.5)
 """Powers of the frequency by which a quantity may fall; the fit of D is weighted by the one with the least residual."""
 AT_REST: Final = 1e-60
 """Frequency that replaces 0, where a power law has no value [Hz]."""
+_ROUNDED: Final = 1e-13
+"""Largest value over what all modes together would give, up to which a quantity is rounding."""
 AT_ONCE: Final = 1e40
 """Frequency that replaces infinity, of the response right at a discontinuity [Hz]."""
 
@@ -108,6 +110,7 @@ def answer_errors(
         for name, row in answer.found.items()
         if name in differences and row.ndim == 1
     }
+    found = _beyond_rounding(members, section, found)
     some = times[:, probes]
     errors = _respond(scenario, differences, some) if respond is None else respond(differences, some)
     bounds = _bounds(scenario, {name: row[:, probes] for name, row in found.items()}, some, errors, residuals)
@@ -121,6 +124,23 @@ def answer_errors(
         {} if without else {name: of_cases[case] for name, of_cases in each.items()}
         for case, without in enumerate(unknown)
     ]
+
+
+def _beyond_rounding(
+    members: Sequence[Scenario], section: ModalSection, found: Mapping[Key, Real]
+) -> dict[Key, Real]:
+    """Leave out quantities that are 0 but for rounding, as behind a layer that blocks, to which no error is relative."""
+    transfers = linear_quantities(members[0], section)
+    largest = max(each.drive.largest() for each in members)
+    kept = {}
+    for name, row in found.items():
+        each = transfers[name]
+        level = np.abs(each.direct if each.static is None else each.static)
+        size = float(np.max(level)) + float(np.sum(np.abs(each.gains)) + np.sum(np.abs(each.free)))
+        if np.max(np.abs(row), initial=0.0) > _ROUNDED * largest * size or np.any(each.free):
+            kept[name] = row
+    amplitudes = [name for name in found if isinstance(name, AmplitudeOf)]
+    return kept | ({name: found[name] for name in amplitudes} if kept.keys() & set(amplitudes) else {})
 
 
 def _fit(
