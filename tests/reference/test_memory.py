@@ -16,12 +16,12 @@ from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
 from electrovib.physics.material.tabulated import Tabulated
 from electrovib.scenario import load
 from electrovib.solve.choice import solve
-from electrovib.solve.diagnostics.memory import FORCE, answer_errors
+from electrovib.solve.diagnostics.memory import FORCE, _beyond_rounding, answer_errors
 from electrovib.solve.diagnostics.probes import PROBES, TAIL
 from electrovib.solve.expanded import worst_of
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import MARGIN, modes, phasors, reductions, run_band, shortest_time
-from electrovib.solve.stack.keys import FieldOf
+from electrovib.solve.stack.keys import AmplitudeOf, FieldOf
 
 SKIN, FILM, COATING = 200e-6, (90e-6, 3.35), (1e-6, 3.9)
 DIGITS, NODES = 25, 30
@@ -376,6 +376,15 @@ def test_an_error_is_not_relative_to_rounding():
     assert "attraction_error" not in trace.attrs
     assert trace.attrs["transfer_error"] < 1e-3
     assert diagnostics(trace)["memory"]["state"] == "ok"
+
+
+def test_of_the_amplitudes_of_a_law_all_are_kept_or_none():
+    scenario = load("vezzoli_2014/fig6_gap", changes={"force.model": "MaxwellStressInStratumCorneum"})
+    section, _ = modes(scenario, scenario.time.times(scenario.drive))
+    one, other = (AmplitudeOf(name) for name in "ED")
+    rows = {one: np.array([0.0, 1e-30]), other: np.array([0.0, 1e-3]), "current": np.zeros(2)}
+    assert _beyond_rounding([scenario], section, rows).keys() == {one, other}
+    assert not _beyond_rounding([scenario], section, rows | {other: np.zeros(2)})
 
 
 def test_the_current_is_judged_apart():

@@ -324,3 +324,11 @@ def test_a_layer_that_is_no_gap_needs_a_material_wherever_it_is_declared(name):
     found = TOUCHING.replace({"stack": vacuum})
     assert load(found.to_dict()) == load(tomllib.loads(found.to_toml())) == found
     assert found.stack.layers[name].material == found.stack.layers["gap"].material
+
+
+def test_a_derived_parameter_changes_those_that_are_stored():
+    """And is none of them: what is stored is what a sweep sets, and whose source becomes the user."""
+    assert stored_changes(load("vezzoli_2014/fig6"), {"drive.amplitude": 50.0}) == (
+        {"drive.high": 550.0, "drive.low": 450.0},
+        [],
+    )

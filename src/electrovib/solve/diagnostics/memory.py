@@ -136,10 +136,12 @@ def _beyond_rounding(
     for name, row in found.items():
         each = transfers[name]
         level = np.abs(each.direct if each.static is None else each.static)
-        size = float(np.max(level)) + float(np.sum(np.abs(each.gains)) + np.sum(np.abs(each.free)))
-        if np.max(np.abs(row), initial=0.0) > _ROUNDED * largest * size or np.any(each.free):
+        size = float(np.max(level)) + float(np.sum(np.abs(each.gains)))
+        if np.max(np.abs(row), initial=0.0) > _ROUNDED * largest * size:
             kept[name] = row
-    amplitudes = [name for name in found if isinstance(name, AmplitudeOf)]
+    amplitudes = [
+        name for name in found if isinstance(name, AmplitudeOf)
+    ]  # of one law, which takes all of them
     return kept | ({name: found[name] for name in amplitudes} if kept.keys() & set(amplitudes) else {})
 
 
