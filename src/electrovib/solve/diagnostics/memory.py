@@ -139,9 +139,8 @@ def _beyond_rounding(
         size = float(np.max(level)) + float(np.sum(np.abs(each.gains)))
         if np.max(np.abs(row), initial=0.0) > _ROUNDED * largest * size:
             kept[name] = row
-    amplitudes = [
-        name for name in found if isinstance(name, AmplitudeOf)
-    ]  # of one law, which takes all of them
+    # the pressure of a law takes all of its amplitudes
+    amplitudes = [name for name in found if isinstance(name, AmplitudeOf)]
     return kept | ({name: found[name] for name in amplitudes} if kept.keys() & set(amplitudes) else {})
 
 
