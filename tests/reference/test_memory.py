@@ -16,7 +16,7 @@ from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
 from electrovib.physics.material.tabulated import Tabulated
 from electrovib.scenario import load
 from electrovib.solve.choice import solve
-from electrovib.solve.diagnostics.memory import FORCE, _beyond_rounding, answer_errors
+from electrovib.solve.diagnostics.memory import FORCE, _rounding, answer_errors
 from electrovib.solve.diagnostics.probes import PROBES, TAIL
 from electrovib.solve.expanded import worst_of
 from electrovib.solve.simulate import simulate
@@ -373,18 +373,18 @@ def test_an_error_is_not_relative_to_rounding():
     held = load("vezzoli_2014/fig6_gap").replace(changes | {"time.duration": 0.02, **SETTLED})
     trace = simulate(held)
     assert trace.field.sel(layer="gap").values.max() < 1e-12 * trace.field.sel(layer="insulator").values.max()
-    assert "attraction_error" not in trace.attrs
+    assert trace.attrs["attraction_error"] == 0.0
     assert trace.attrs["transfer_error"] < 1e-3
     assert diagnostics(trace)["memory"]["state"] == "ok"
 
 
-def test_of_the_amplitudes_of_a_law_all_are_kept_or_none():
+def test_an_attraction_is_rounding_where_all_amplitudes_of_its_law_are():
     scenario = load("vezzoli_2014/fig6_gap", changes={"force.model": "MaxwellStressInStratumCorneum"})
     section, _ = modes(scenario, scenario.time.times(scenario.drive))
     one, other = (AmplitudeOf(name) for name in "ED")
-    rows = {one: np.array([0.0, 1e-30]), other: np.array([0.0, 1e-3]), "current": np.zeros(2)}
-    assert _beyond_rounding([scenario], section, rows).keys() == {one, other}
-    assert not _beyond_rounding([scenario], section, rows | {other: np.zeros(2)})
+    rows = {one: np.array([0.0, 1e-30]), other: np.array([0.0, 1e-3])}
+    assert _rounding([scenario], section, rows) == {one}
+    assert _rounding([scenario], section, rows | {other: np.zeros(2)}) == {one, other, FORCE}
 
 
 def test_the_current_is_judged_apart():

@@ -71,6 +71,8 @@ AT_REST: Final = 1e-60
 """Frequency that replaces 0, where a power law has no value [Hz]."""
 _ROUNDED: Final = 1e-13
 """Largest value over what all modes together would give, up to which a quantity is rounding."""
+_NOT_OFF: Final = Judged(error=0.0, share=0.0, lost=np.inf, of_peak=0.0)
+"""What is said of a quantity that is 0 but for rounding."""
 AT_ONCE: Final = 1e40
 """Frequency that replaces infinity, of the response right at a discontinuity [Hz]."""
 
@@ -110,14 +112,16 @@ def answer_errors(
         for name, row in answer.found.items()
         if name in differences and row.ndim == 1
     }
-    found = _beyond_rounding(members, section, found)
+    rounded = _rounding(members, section, found)
     some = times[:, probes]
     errors = _respond(scenario, differences, some) if respond is None else respond(differences, some)
     bounds = _bounds(scenario, {name: row[:, probes] for name, row in found.items()}, some, errors, residuals)
     straight = judged & ~_at_corner(scenario.drive, first, bends=True)
     found[FORCE] = answer.attraction.reshape(times.shape)
     each = {
-        name: judge(found[name], times, probes, bound, straight if name == CURRENT else judged, name, noted)
+        name: [_NOT_OFF] * len(members)
+        if name in rounded
+        else judge(found[name], times, probes, bound, straight if name == CURRENT else judged, name, noted)
         for name, bound in bounds.items()
     }
     return [
@@ -126,22 +130,22 @@ def answer_errors(
     ]
 
 
-def _beyond_rounding(
-    members: Sequence[Scenario], section: ModalSection, found: Mapping[Key, Real]
-) -> dict[Key, Real]:
-    """Leave out quantities that are 0 but for rounding, as behind a layer that blocks, to which no error is relative."""
+def _rounding(members: Sequence[Scenario], section: ModalSection, found: Mapping[Key, Real]) -> set[Key]:
+    """Return the quantities that are 0 but for rounding, as behind a layer that blocks: no error is relative to them."""
     transfers = linear_quantities(members[0], section)
     largest = max(each.drive.largest() for each in members)
-    kept = {}
-    for name, row in found.items():
-        each = transfers[name]
-        level = np.abs(each.direct if each.static is None else each.static)
-        size = float(np.max(level)) + float(np.sum(np.abs(each.gains)))
-        if np.max(np.abs(row), initial=0.0) > _ROUNDED * largest * size:
-            kept[name] = row
-    # the pressure of a law takes all of its amplitudes
-    amplitudes = [name for name in found if isinstance(name, AmplitudeOf)]
-    return kept | ({name: found[name] for name in amplitudes} if kept.keys() & set(amplitudes) else {})
+    sizes = {
+        name: float(np.max(np.abs(each.direct if each.static is None else each.static)))
+        + float(np.sum(np.abs(each.gains)))
+        for name, each in transfers.items()
+    }
+    rounded = {
+        name
+        for name, row in found.items()
+        if np.max(np.abs(row), initial=0.0) <= _ROUNDED * largest * sizes[name]
+    }
+    amplitudes = {name for name in found if isinstance(name, AmplitudeOf)}
+    return rounded | ({FORCE} if amplitudes <= rounded else set())
 
 
 def _fit(
